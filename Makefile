@@ -73,9 +73,10 @@ generate: dev core-page
 core-page: dev
 	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt
 
-# every class of the Modelica library: loads, simulates, error against the C core, numpy and the committed reference
+# every class of the Modelica library: loads, simulates, error against the C core and the committed reference, which
+# HYSTFMU_RECORD=1 writes anew
 modelica: dev
-	$(BIN)/python tests/modelica/report.py
+	$(PYTEST) -rP -m "stress or not stress" tests/modelica/test_library.py tests/modelica/test_validation.py tests/modelica/export
 
 # what OpenModelica and Dymola refuse or mark in a class, and the compiler of the tests does not: each rule by its section
 # of the language specification

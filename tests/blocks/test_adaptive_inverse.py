@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import plants
 import pytest
 from raw import Raw
 from scipy.signal import cont2discrete
@@ -23,27 +24,6 @@ LEARNS |= {"sigma": 0.003, "change": 0.02, "w0_min": 0.15}
 
 def block(delay: int = 1, **values: Any) -> Graph:
     return Graph.single(Node("a", "adaptive_inverse", {"delay": delay}, {**LEARNS, **values})).with_step(H)
-
-
-def plays(u: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """The command and its plays, rows (n, 1 + len(r)), written from the definition."""
-    z, rows = np.zeros(len(r)), np.empty((len(u), len(r) + 1))
-    for k, now in enumerate(u):
-        z = np.maximum(now - r, np.minimum(now + r, z))
-        rows[k] = np.append(now, z)
-    return rows
-
-
-def lowpass(rows: np.ndarray, delay: int) -> np.ndarray:
-    """Rows behind a delay and G0, row k after the step that ends with it."""
-    w = 2 * np.pi * 500
-    A, B = np.array([[0, 1], [-w * w, -1.4 * w]]), np.array([[0.0], [w * w]])
-    Ad, Bd, *_ = cont2discrete((A, B, np.eye(2), np.zeros((2, 1))), H)
-    x, out = np.zeros((2, rows.shape[1])), np.zeros_like(rows)
-    for k in range(1, len(rows)):
-        x = Ad @ x + Bd @ (rows[k - 1 - delay] if k > delay else 0 * rows[0])[None]
-        out[k] = x[0]
-    return out
 
 
 def reference(n: int, seed: int) -> np.ndarray:
@@ -84,39 +64,11 @@ def test_it_inverts_exactly_with_the_present_weights() -> None:
     y = block().run(np.column_stack([v, v, v * 1.3 + 0.1 * rng.normal(size=1500)]), H)
     theta = y[:, 1:12]
     assert np.ptp(theta, axis=0).max() > 0.05, "weights that do not move test nothing"
-    assert np.abs(np.sum(theta * plays(y[:, 0], R), axis=1) - v).max() <= 1e-13
+    assert np.abs(theta[:, 0] * y[:, 0] + np.sum(theta[:, 1:] * plants.plays(y[:, 0], R), axis=1) - v).max() <= 1e-13
     fixed = block(sd=np.zeros(11)).run(np.column_stack([v, v, y[:, 0]]), H)
     exact = Graph.single(Node("i", "prandtl_ishlinskii_inverse", {}, {"w0": W0, "r": R, "w": W})).run(v, H)
     assert (fixed[:, 1:12] == np.append(W0, W)).all()
     assert np.abs(fixed[:, 0] - exact.ravel()).max() <= 1e-12
-
-
-@pytest.mark.parametrize(("delay", "f_h"), [(0, 0.0), (3, 20.0)])
-def test_it_is_the_kalman_filter_of_a_random_walk(delay: int, f_h: float) -> None:
-    """Against the filter in Joseph's form with dense matrices, on the block's own commands."""
-    n, rng = 900, np.random.default_rng(1)
-    v = reference(n, 3)
-    measured = 1.2 * np.concatenate([np.zeros(delay + 3), v])[:n] + 0.01 * rng.normal(size=n)
-    out = block(delay, f_h=f_h, T=0.05, change=1e300).run(np.column_stack([v, v, measured]), H)
-    phi, sd = lowpass(plays(out[:, 0], R), delay), LEARNS["sd"]
-    slow = 1 - np.exp(-2 * np.pi * f_h * H)
-    theta, P = np.append(W0, W), np.diag((0.1 * sd) ** 2)
-    low, y_low, capped = np.zeros(11), measured[0] if f_h else 0.0, 0
-    for k in range(1, n):
-        assert abs(phi[k] @ theta - out[k, 12]) <= 1e-9
-        low, y_low = low + slow * (phi[k] - low), y_low + slow * (measured[k] - y_low)
-        h, e = phi[k] - low, measured[k] - y_low - (phi[k] - low) @ theta
-        K = P @ h / (0.003**2 + h @ P @ h)
-        keep = np.eye(11) - np.outer(K, h)
-        theta = theta + K * e
-        P = keep @ P @ keep.T + 0.003**2 * np.outer(K, K) + H / 0.05 * np.diag(sd**2)
-        f = np.minimum(1, sd / np.sqrt(np.diag(P)))
-        capped += int((f < 1).sum())
-        P = f[:, None] * P * f
-        least = np.append(0.15, np.zeros(10))
-        theta = np.clip(theta, np.maximum(np.append(W0, W) - 6 * sd, least), np.append(W0, W) + 6 * sd)
-        np.testing.assert_allclose(out[k, 1:12], theta, rtol=0, atol=1e-8)
-    assert capped > 100
 
 
 def test_it_learns_a_sudden_change_and_says_so() -> None:

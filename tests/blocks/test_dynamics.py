@@ -180,42 +180,6 @@ def test_transfer_function_refuses_a_step_beyond_numbers(h: float, words: str) -
     assert unit.get("y") == pytest.approx((np.exp(2) - 1) / 2, rel=1e-14)
 
 
-# ---- delay ----------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("n", [1, 2, 7, 100])
-def test_delay_shifts(n: int) -> None:
-    u = rng(3).normal(size=250)
-    assert blocks.Delay(n=n, y0=-3.0)(u).tobytes() == np.r_[np.full(n, -3.0), u][: len(u)].tobytes()
-
-
-# ---- quantiser ------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(("q", "offset"), [(2.6 / 2**16, 0.0), (0.3, 0.15), (7.0, -1e3)])
-def test_quantiser_takes_the_nearest_level(q: float, offset: float) -> None:
-    """Against a search among all levels; the error of a busy signal has the variance q^2 / 12 (Widrow & Kollar)."""
-    u = offset + 50 * q * rng(5).uniform(-1, 1, 4000)
-    y = blocks.Quantiser(q=q, offset=offset)(u)
-    levels = offset + q * np.arange(-60, 61)
-    nearest = levels[np.abs(u[:, None] - levels).argmin(axis=1)]
-    assert np.abs(y - nearest).max() <= 1e-12 * np.abs(nearest).max()
-    assert np.abs(y - u).max() <= 0.5 * q * (1 + 1e-9)
-    assert np.var(y - u) == pytest.approx(q**2 / 12, rel=0.05)
-
-
-# ---- modes ----------------------------------------------------------------------------------------------------------
-def test_modes_are_the_transfer_function_of_their_sum() -> None:
-    """Two lightly damped modes against their common denominator, and against scipy's response to the held input."""
-    f, zeta, k, h = np.array([500.0, 1600.0]), np.array([0.02, 0.01]), np.array([0.9, 0.1]), 1e-5
-    u = np.repeat(rng(4).normal(size=200), 10)
-    y = blocks.Modes(n=2, f_n=f, zeta=zeta, k=k)(u, h)
-    w = 2 * np.pi * f
-    dens = [[1, 2 * z * o, o**2] for z, o in zip(zeta, w, strict=True)]
-    numerator = np.polyadd(k[0] * w[0] ** 2 * np.array(dens[1]), k[1] * w[1] ** 2 * np.array(dens[0]))
-    both = blocks.TransferFunction(na=4, nb=2, b=numerator, a=np.polymul(*dens))(u, h)
-    assert np.abs(y - both).max() <= 1e-11 * np.abs(y).max()
-    held = scipy.signal.StateSpace(*scipy.signal.tf2ss(numerator, np.polymul(*dens))).to_discrete(h)
-    _, expected, _ = scipy.signal.dlsim(held, np.append(u[1:], 0.0)[:, None])
-    assert np.abs(y - expected[:, 0]).max() <= 1e-9 * np.abs(y).max()
-
-
 # ---- amplifier ------------------------------------------------------------------------------------------------------
 def test_amplifier_follows_its_equation() -> None:
     """Against a solver in steps of a hundredth; the limits take effect, and the steps do not change the voltage."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output, blocks
+from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.unit import Unit
 
 Array = NDArray[np.float64]
@@ -26,38 +26,6 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 def controller_rows(n: int = 200) -> Array:
     return np.cumsum(rng(4).normal(size=(n, 3)), axis=0) * 0.1
-
-
-def difference(e: Array, tau: float, h: float) -> Array:
-    d = np.zeros_like(e)
-    for k in range(1, len(e)):
-        d[k] = (tau * d[k - 1] + e[k] - e[k - 1]) / (tau + h)
-    return d
-
-
-def integral(e: Array, h: float) -> Array:
-    return np.r_[0, np.cumsum(e[1:])] * h
-
-
-@pytest.mark.parametrize("tau", [0.0, 2e-3])
-def test_pid_is_its_definition(tau: float) -> None:
-    """With the tuned values of the 10 kHz scenarios."""
-    rows, h = controller_rows(), 1e-4
-    e = rows[:, 0] - rows[:, 1]
-    expected = rows[:, 2] + 1.2 * e + 10700 * integral(e, h) + 6e-4 * difference(e, tau, h)
-    u = blocks.Pid(Kp=1.2, Ki=10700, Kd=6e-4, tau=tau)(rows, h)
-    assert np.abs(u - expected).max() <= 1e-12 * np.abs(expected).max()
-
-
-@pytest.mark.parametrize("tau", [0.0, 2e-3])
-def test_sliding_mode_is_its_definition(tau: float) -> None:
-    rows, h = controller_rows(), 1e-4
-    e = rows[:, 1] - rows[:, 0]
-    s = difference(e, tau, h) + 1300 * e + 1.56e7 * integral(e, h)
-    expected = rows[:, 2] - 6.5e-4 * s - 1.05e-4 * s / (np.abs(s) + 7.0)
-    y = blocks.SlidingMode(lam=1300, eta=6.5e-4, rho=1.05e-4, epsilon=7.0, k_i=1.56e7, tau=tau)(rows, h)
-    assert np.abs(y[:, 0] - expected).max() <= 1e-12 * np.abs(expected).max()
-    assert np.abs(y[:, 1] - s).max() <= 1e-12 * np.abs(s).max()
 
 
 SLIDING: dict[str, Any] = {"eta": 1e-3, "rho": 0.01}

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 from scipy.optimize import curve_fit
 from scipy.signal import firwin, lfilter, resample
 
@@ -16,39 +15,14 @@ from hystfmu.graph.blocks import (
     BacklashSum,
     BoucWen,
     BoucWenOscillator,
-    Creep,
-    DeadZones,
-    Mlp,
-    PlayBank,
     PrandtlIshlinskii,
     PrandtlIshlinskiiInverse,
     Scaling,
-    Sum,
     ZhaoTan,
 )
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(3)
-
-
-# ---- operators with play states, curves without memory --------------------------------------------------------------
-def plays(u: Array, r: Array, z0: Array) -> Array:
-    """The variational form: z moves only as far as |u - z| <= r requires."""
-    z, rows = z0.copy(), []
-    for x in u:
-        e = x - z
-        z = z + np.sign(e) * np.maximum(np.abs(e) - r, 0)
-        rows.append(z)
-    return np.array(rows)
-
-
-def test_backlash_sum_and_play_bank_are_plays() -> None:
-    u, r = RNG.uniform(-1, 1, 500), np.append(RNG.uniform(0, 1, 9), 0.0)
-    w, z0 = RNG.normal(size=10), RNG.normal(size=10)
-    z = plays(u, r, z0)
-    assert np.abs(PlayBank(r=r, z0=z0)(u) - z).max() <= 1e-14  # the variational form rounds twice
-    y = BacklashSum(w0=-0.7, r=r, w=w, z0=z0)(u)
-    assert np.abs(y - (z @ w - 0.7 * u)).max() <= 1e-14 * np.abs(w).sum()
 
 
 def test_theorem_1_of_zhao_and_tan_has_a_counterexample() -> None:
@@ -62,94 +36,7 @@ def test_theorem_1_of_zhao_and_tan_has_a_counterexample() -> None:
     assert (y[1] - y[0]) / full_scale == pytest.approx(0.0575, abs=5e-5)
 
 
-def test_dead_zones_are_interpolation() -> None:
-    """A piecewise linear curve is fixed by its values at the knots and beyond: numpy.interp."""
-    r, w = np.array([-0.8, -0.2, 0.3, 0.9, 0.0]), np.array([0.5, -0.2, 1.5, -2.0, 0.3])
-    knots = np.array([-2, -0.8, -0.2, 0, 0.3, 0.9, 2])
-    slopes = np.array(
-        [1.3 + 0.5 - 0.2, 1.3 - 0.2, 1.3, 1.3, 1.3 + 1.5, 1.3 + 1.5 - 2.0]
-    )  # left to right, 1 + 0.3 inside
-    heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(knots))])
-    heights -= heights[3]
-    u = RNG.uniform(-2, 2, 1000)
-    assert np.abs(DeadZones(w0=1.0, r=r, w=w)(u) - np.interp(u, knots, heights)).max() <= 4e-15
-
-
-def test_scaling_and_sum_are_affine() -> None:
-    u = RNG.normal(size=(50, 3))
-    gain, offset = RNG.normal(size=3), RNG.normal(size=3)
-    lo, hi = np.array([-0.5, -1e300, 0.1]), np.array([0.5, 0.0, 0.1])
-    expected = np.clip(u, lo, hi) * gain + offset
-    assert np.array_equal(Scaling(gain=gain, offset=offset, lo=lo, hi=hi)(u), expected)
-    assert np.abs(Sum(n=3, k=gain, offset=0.25)(u) - (u @ gain + 0.25)).max() <= 2e-15
-
-
-@pytest.mark.parametrize("start", ["rest", "steady"])
-@pytest.mark.parametrize("h", [1e-9, 0.01, 3.0, 1e4])
-def test_creep_is_the_matrix_exponential(start: str, h: float) -> None:
-    w, T, u = np.array([1.0, -0.5, 0.3]), np.array([0.005, 0.4, 8.0]), RNG.normal(size=200)
-    step = expm(np.block([[np.diag(-1 / T), (1 / T)[:, None]], [np.zeros((1, 4))]]) * h)
-    q, expected = np.full(3, u[0] if start == "steady" else 0.0), []
-    for k, x in enumerate(u):
-        if k:
-            q = step[:3, :3] @ q + step[:3, 3] * x
-        expected.append(w @ q)
-    assert np.abs(Creep(w=w, T=T, start=start)(u, h=h) - expected).max() <= 5e-14  # expm squares its error
-
-
-# ---- network --------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("activation", ["sigmoid", "tanh", "relu"])
-@pytest.mark.parametrize("sizes", [(1, 1, 1), (2, 12, 1), (5, 40, 3)])
-def test_mlp_is_numpy(activation: str, sizes: tuple[int, int, int]) -> None:
-    """<= 1e-15 relative to the sum of the terms (which cancel)."""
-    n_in, n_hidden, n_out = sizes
-    W1, b1 = RNG.normal(size=(n_hidden, n_in)), RNG.normal(size=n_hidden)
-    W2, b2 = RNG.normal(size=(n_out, n_hidden)), RNG.normal(size=n_out)
-    u = 3 * RNG.normal(size=(300, n_in))
-    f = {"sigmoid": lambda a: 1 / (1 + np.exp(-a)), "tanh": np.tanh, "relu": lambda a: np.maximum(a, 0)}[activation]
-    block = Mlp(n_in=n_in, n_hidden=n_hidden, n_out=n_out, W1=W1, b1=b1, W2=W2, b2=b2, activation=activation)
-    expected = f(u @ W1.T + b1) @ W2.T + b2
-    terms = (np.abs(u) @ np.abs(W1).T + np.abs(b1) + 1) @ np.abs(W2).T + np.abs(b2)
-    assert (np.abs(block(u).reshape(300, n_out) - expected) / terms).max() <= 1e-15
-
-
 # ---- Bouc-Wen -------------------------------------------------------------------------------------------------------
-def bouc_wen_by_scipy(u: Array, A: float, beta: float, gamma: float, n: float, z0: float) -> Array:
-    """Each monotone piece of the input by DOP853, cut where z = 0 and |z|^n has its kink."""
-    rows = [z0]
-    for du in np.diff(u):
-        s, z, at = np.sign(du), rows[-1], 0.0
-
-        def slope(_: float, z: Array, s: float = s) -> Array:
-            return s * A - beta * np.abs(z) ** (n - 1) * z - gamma * s * np.abs(z) ** n
-
-        def zero(_: float, z: Array) -> float:
-            return float(z[0])
-
-        zero.terminal = True  # type: ignore[attr-defined]
-        while at < abs(du):
-            first = solve_ivp(slope, (at, abs(du)), [z], "DOP853", rtol=1e-13, atol=1e-15, events=zero if z else None)
-            at, z = (first.t[-1], first.y[0, -1]) if first.status == 0 else (first.t_events[0][0], 0.0)
-        rows.append(z)
-    return np.array(rows)
-
-
-# each exponent and each shape once
-EXPONENTS, SHAPES = [1.0, 1.3, 2.0, 3.7], [(1.0, -0.6), (0.5, 0.5), (0.2, 0.9), (0.7, 0.0)]
-SOON = [(n, *shape) for n, shape in zip(EXPONENTS, SHAPES, strict=True)]
-LONG = [(n, *shape) for n in EXPONENTS for shape in SHAPES if (n, *shape) not in SOON]
-
-
-@pytest.mark.parametrize(("n", "beta", "gamma"), [*SOON, *(pytest.param(*c, marks=pytest.mark.stress) for c in LONG)])
-def test_bouc_wen_is_its_differential_equation(n: float, beta: float, gamma: float) -> None:
-    rng = np.random.default_rng(1)
-    u = np.concatenate([rng.uniform(-2, 2, 20), 0.2 * rng.uniform(-2, 2, 10), rng.uniform(-4, 4, 10)])
-    y, z = BoucWen(A=1.2, beta=beta, gamma=gamma, n=n, z0=0.2, u0=u[0], alpha=0.3, k=2.0)(u).T
-    expected = bouc_wen_by_scipy(u, 1.2, beta, gamma, n, 0.2)
-    assert np.abs(z - expected).max() <= (1e-11 if n == 1 else 2e-9)  # closed form; Runge-Kutta
-    assert np.abs(y - 2 * (0.3 * u + 0.7 * z)).max() <= 4e-15
-
-
 def test_bouc_wen_with_n_1_takes_any_step_exactly() -> None:
     """The closed form composes: one step of du is two steps of du/2."""
     u = np.cumsum(RNG.normal(size=400))

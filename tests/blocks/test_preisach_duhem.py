@@ -1,4 +1,4 @@
-"""Preisach and Duhem models: fitted to independent plants, tested on the held-out signals, the same bits as FMU."""
+"""Preisach and Duhem models: fitted to independent plants, tested on the held-out signals."""
 
 from functools import partial
 
@@ -6,7 +6,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError, Unit
+from hystfmu import Dataset, InputError
 from hystfmu.data import signals
 from hystfmu.identify import fit
 from hystfmu.identify.features.smooth_density import smooth_density, splines, triangles
@@ -183,45 +183,3 @@ def test_duhem_needs_both_directions():
     u = np.linspace(0, 1, 200)
     with pytest.raises(InputError, match=r"at least 11 rows of rising and of falling u\. Got 199 and 0 instead"):
         fit(Dataset.from_signal(u, u**2), "duhem")
-
-
-# ---- both -----------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("name", [pytest.param("preisach_model", marks=pytest.mark.stress), "duhem_model"])
-def test_fmu_unit_and_native_run_give_the_same_bits(name, request, tmp_path):
-    fmpy, fmi2 = pytest.importorskip("fmpy"), pytest.importorskip("fmpy.fmi2")
-    from hystfmu.fmu import export_fmu
-
-    model = request.getfixturevalue(name)
-    u = signals.nested_reversals(12, 7, 0.05)
-    y = model.predict(u)
-    unit, rows = Unit(model.graph), []
-    unit.initialize(u=float(u[0]))
-    rows.append(unit.get("y"))
-    for k in range(1, len(u)):
-        unit.set("u", float(u[k]))
-        unit.do_step((k - 1) * STEP, STEP)
-        rows.append(unit.get("y"))
-    assert np.array(rows).tobytes() == y.tobytes()
-
-    path = export_fmu(model, tmp_path / "m.fmu", fmi=2)
-    description = fmpy.read_model_description(str(path))
-    reference = {v.name: v.valueReference for v in description.modelVariables}
-    slave = fmi2.FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=fmpy.extract(str(path), str(tmp_path / "unpacked")),
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="m",
-    )
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.setReal([reference["u"]], [float(u[0])])
-    slave.exitInitializationMode()
-    rows = slave.getReal([reference["y"]])
-    for k in range(1, len(u)):
-        slave.setReal([reference["u"]], [float(u[k])])
-        slave.doStep((k - 1) * STEP, STEP)
-        rows += slave.getReal([reference["y"]])
-    slave.terminate()
-    slave.freeInstance()
-    assert np.array(rows).tobytes() == y.tobytes()

@@ -1,13 +1,11 @@
 """Duhem operator, polynomial network of lags and differentiator: each against an independent definition."""
 
 import itertools
-import math
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.signal import lfilter
 from whole_history import SIGNALS, every_signal
 
 from hystfmu.base.errors import InputError
@@ -119,32 +117,6 @@ def test_duhem_stays_within_its_bound() -> None:
 
 
 # ---- polynomial network of lags -------------------------------------------------------------------------------------
-def polynomial_narx(u: Array, f: Array, theta: Array, lags: tuple[int, int, int], q: int, n_k: int, y0: float) -> Array:
-    """The definition over dictionaries of monomials, one product at a time."""
-    n_u, n_f, n_y = lags
-    p = sum(lags)
-    products = [c for degree in range(1, q + 1) for c in itertools.combinations_with_replacement(range(p), degree)]
-    assert len(theta) == len(products) + 1
-    y: list[float] = []
-    for k in range(len(u)):
-        z = [u[max(k - n_k - i, 0)] for i in range(n_u)] + [f[max(k - n_k - i, 0)] for i in range(n_f)]
-        z += [y[k - i] if k >= i else y0 for i in range(1, n_y + 1)]
-        y.append(theta[-1] + sum(t * np.prod([z[i] for i in c]) for t, c in zip(theta[:-1], products, strict=True)))
-    return np.array(y)
-
-
-@pytest.mark.parametrize("n_k", [0, 1])
-@pytest.mark.parametrize("q", [1, 2, 3, 5])
-@pytest.mark.parametrize("lags", [(1, 0, 0), (3, 2, 0), (2, 2, 2), (1, 0, 4)])
-def test_polynomial_narx_is_its_definition(lags: tuple[int, int, int], q: int, n_k: int) -> None:
-    rng = np.random.default_rng(q)
-    theta = rng.normal(size=math.comb(sum(lags) + q, q)) / math.comb(sum(lags) + q, q)
-    u, f = rng.uniform(-1, 1, (2, 50))
-    block = PolynomialNarx(n_u=lags[0], n_f=lags[1], n_y=lags[2], q=q, n_k=n_k, theta=theta, y0=0.3)
-    expected = polynomial_narx(u, f, theta, lags, q, n_k, 0.3)
-    assert np.abs(block(np.column_stack([u, f])) - expected).max() <= 4e-15 * max(1, np.abs(expected).max())
-
-
 @pytest.mark.parametrize(("n", "weights"), [(7, 120), (8, 153), (9, 190), (10, 231)])
 def test_number_of_weights_of_the_structures_of_the_ipmc_paper(n: int, weights: int) -> None:
     """n_u = n_f = 7 .. 10, n_y = 0, q = 2: (p + q)! / (p! q!), the constant included."""
@@ -167,14 +139,6 @@ def test_polynomial_narx_lets_its_input_through_at_once_only_if_told() -> None:
 
 
 # ---- derivative -----------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("tau", [0.0, 1e-3, 0.3])
-def test_differentiator_is_a_recursive_filter(tau: float) -> None:
-    """du = (1 - 1/q) / ((tau + h) - tau/q) u by scipy.signal, from rest at the first value."""
-    h, u = 0.01, SIGNALS["white"]
-    expected = lfilter([1, -1], [tau + h, -tau], u - u[0])
-    assert np.abs(Differentiator(tau=tau)(u, h=h) - expected).max() <= 1e-13 * np.abs(expected).max()
-
-
 def test_differentiator_converges_to_the_filtered_derivative() -> None:
     """u = sin(omega t): (omega cos - ..) / (tau s + 1) in steady state, error of order h."""
     tau, omega, errors = 0.05, 9.0, []

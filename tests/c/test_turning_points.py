@@ -1,6 +1,5 @@
 """The turning-point machine against definitions without a stack: plain plays, memory from the whole history."""
 
-import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -8,8 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from plants import plays
+from whole_history import of_distance
 
 from hystfmu.base.errors import InputError
+from hystfmu.data.signals import nested_reversals
 from hystfmu.graph.blocks import PrandtlIshlinskii, PrandtlIshlinskiiInverse, ZhaoTan, ZhaoTanInverse
 
 Array = NDArray[np.float64]
@@ -17,35 +19,6 @@ Branch = Callable[[Array], Array]
 
 
 # ---- the independent side -------------------------------------------------------------------------------------------
-def plays(u: Array, r: Array, z0: float = 0.0) -> Array:
-    """Play states, one row per input row: the definition, Krejci & Kuhnen 2001, eq. 3."""
-    z, rows = np.full(len(r), z0), np.empty((len(u), len(r)))
-    for row, x in zip(rows, u, strict=True):
-        np.maximum(x - r, z, out=z)
-        np.minimum(x + r, z, out=z)
-        row[:] = z
-    return rows
-
-
-def from_whole_history(u: Array, g: Branch, x0: float) -> Array:
-    """Return-point memory without a stack: for every row the alternating extrema of all rows so far, Masing's sum."""
-    h = np.empty(len(u))
-    for k in range(len(u)):
-        path = np.concatenate([[x0], u[: k + 1]])
-        far = np.abs(path - x0)
-        i = len(path) - 1 - int(np.argmax(far[::-1]))  # the last row that is farthest from the origin
-        total = np.sign(path[i] - x0) * g(2 * far[i]) / 2
-        down = path[i] > x0
-        while i < len(path) - 1:
-            rest = path[i + 1 :]
-            best = rest.min() if down else rest.max()
-            total += np.sign(best - path[i]) * g(np.abs(best - path[i]))
-            i += len(rest) - int(np.argmax(rest[::-1] == best))
-            down = not down
-        h[k] = total
-    return h
-
-
 def zhao_tan_branch(d: Array) -> Array:
     return -np.expm1(-d) * d
 
@@ -56,20 +29,10 @@ def play_branch(w0: float, r: Array, w: Array) -> Branch:
 
 
 # ---- inputs ---------------------------------------------------------------------------------------------------------
-def reversals(n: int, seed: int, step: float = 0.02) -> Array:
-    """Piecewise linear through n random reversals within +-1."""
-    rng, levels, up = np.random.default_rng(seed), [0.0], True
-    for _ in range(n):
-        levels.append(rng.uniform(levels[-1], 1) if up else rng.uniform(-1, levels[-1]))
-        up = not up
-    parts = [np.linspace(a, b, max(2, int(abs(b - a) / step) + 1))[1:] for a, b in itertools.pairwise(levels)]
-    return np.concatenate([np.zeros(1), *parts])
-
-
 RNG = np.random.default_rng(7)
 SIGNALS: dict[str, Array] = {
     "white": RNG.uniform(-1, 1, 300),
-    "reversals": reversals(40, 3, 0.1),
+    "reversals": nested_reversals(40, 3, 0.1),
     "nested": 0.97 ** np.arange(120) * np.where(np.arange(120) % 2, 1.0, -1.0),
     "growing": 1.03 ** np.arange(120) * np.where(np.arange(120) % 2, 0.1, -0.1),
     "plateaus": np.repeat(RNG.uniform(-1, 1, 80), 3),
@@ -85,7 +48,7 @@ every_signal = pytest.mark.parametrize("signal", SIGNALS)
 @pytest.mark.parametrize("x0", [0.0, 0.4, -2.0])
 def test_zhao_tan_is_the_operator_of_the_whole_history(signal: str, x0: float) -> None:
     u = SIGNALS[signal]
-    h = from_whole_history(u, zhao_tan_branch, x0)
+    h = of_distance(u, x0, 0.0, zhao_tan_branch)
     assert np.abs(ZhaoTan(x0=x0)(u) - h).max() <= 2e-14 * max(1.0, np.abs(h).max())
 
 
@@ -118,7 +81,7 @@ def test_four_hundred_thousand_random_steps(signed: bool) -> None:
     rng = np.random.default_rng(5)
     r = np.sort(rng.uniform(0, 1, 50))
     w = rng.normal(size=50) if signed else rng.uniform(0, 1, 50)
-    u = np.concatenate([rng.uniform(-1, 1, 200_000), reversals(20_000, 9, 0.05)])[:400_000]
+    u = np.concatenate([rng.uniform(-1, 1, 200_000), nested_reversals(20_000, 9, 0.05)])[:400_000]
     assert len(u) == 400_000
     y = PrandtlIshlinskii(w0=0.1, r=r, w=w)(u)
     z, expected = np.zeros(50), np.empty(len(u))
@@ -259,7 +222,7 @@ def test_the_last_extremum_drifts_under_noise() -> None:
 
 def test_the_last_extremum_is_unbounded() -> None:
     """2000 random reversals within +-1: g(2) = 1.73 bounds the operator; the last-extremum form exceeds it."""
-    u = reversals(2000, 0)
+    u = nested_reversals(2000, 0)
     assert np.ptp(ZhaoTan()(u)) <= zhao_tan_branch(np.float64(2.0)) + 1e-14
     assert np.ptp(ZhaoTan(memory="last")(u)) >= 3.0
 

@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import control
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -112,29 +111,6 @@ def test_a_memory_has_no_tangent():
         sampled(Graph.single(plays), H)
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.25, 0.5, 1.0, 1.75, 3.0])
-def test_held_dynamics_with_a_fraction_of_a_step(delay):
-    """Against the same dynamics in hundredths of a step, whose command changes late."""
-    A = np.array([[0, 1.0], [-(W**2), -1.4 * W]])
-    plant = A, np.array([[0], [W**2]]), np.array([[1.0, 0]]), np.zeros((1, 1))
-    u = np.random.default_rng(1).normal(size=30)
-    fine = 100
-    shift = round(delay * fine)
-    command = np.concatenate([np.zeros(shift), np.repeat(u, fine)])[: fine * len(u)]
-    short = control.sample_system(control.ss(*plant), H / fine, "zoh")
-    x, expected = np.zeros(2), []
-    for k, v in enumerate(command):
-        if k % fine == 0:
-            expected.append(x[0])
-        x = short.A @ x + short.B[:, 0] * v
-    F, G, C, _ = held(plant, H, delay)
-    x, found = np.zeros(len(F)), []
-    for v in u:
-        found.append((C @ x)[0])
-        x = F @ x + G[:, 0] * v
-    assert found == pytest.approx(expected, abs=1e-11)
-
-
 def of(name, case):
     scenario = Cases(ROOT / "scenarios" / name)
     return open_loop(build(next(c for c in scenario.cases if c.name == case)))
@@ -226,35 +202,6 @@ def test_the_peak_of_a_loop_with_observer_is_that_of_its_equations():
 def delays_of(found):
     """Steps of the delay units of a case."""
     return sum(u.dims.get("n", 1) for u in found.system.case.units.values() if u.block == "delay")
-
-
-def test_stability_agrees_with_a_run():
-    """A slope of 1.3 with the delay at which the tangent turns unstable: a linear loop run step by step diverges."""
-    found = of("pid_observer", "sine_100")
-    for delay, stable in ((0.5, True), (4.0, False)):
-        assert found.stable(1.3, delay) is stable
-        A, B, C, D = found.controller
-        F, G, out, _ = held(found.plant, H, delay)
-        x, k, u = np.ones(len(F)), np.zeros(len(A)), 0.0
-        for _ in range(4000):
-            y = 1.3 * (out @ x)[0]
-            u = float((C @ k)[0] + D[0, 0] * y)
-            k = A @ k + B[:, 0] * y
-            x = F @ x + G[:, 0] * u
-        assert (abs(u) < 1e-3) is stable
-
-
-def test_noise_gain_is_the_spread_of_the_command():
-    found = of("pid", "sine_100")
-    rng = np.random.default_rng(3)
-    A, B, C, D = found.controller
-    F, G, out, _ = held(found.plant, H, 0.0)
-    x, k, u = np.zeros(len(F)), np.zeros(len(A)), []
-    for w in rng.normal(size=20_000):
-        y = (out @ x)[0] + w
-        u.append(float((C @ k)[0] + D[0, 0] * y))
-        k, x = A @ k + B[:, 0] * y, F @ x + G[:, 0] * u[-1]
-    assert found.noise_gain() == pytest.approx(np.std(u), rel=0.03)
 
 
 def test_the_command_prints_a_row_for_every_loop_and_says_what_has_none():

@@ -28,7 +28,7 @@ COMMANDS = [
 ]
 # commands that take long, and the tests that run the same
 ELSEWHERE = {
-    "hystfmu start piezo.csv -o mine": "tests/start/test_start_records.py",
+    "hystfmu start piezo.csv -o mine": "tests/start/test_start.py",
     "hystfmu run --all --report out": "tests/scenarios/shipped/test_shipped.py",
     "hystfmu run scenarios/pid --set 'plant.hysteresis_w=*1.2'": "tests/scenarios/shipped/test_shipped.py",
     "hystfmu run scenarios/papers --report papers": "tests/scenarios/shipped/test_shipped.py",

@@ -17,14 +17,18 @@ DIRECTIVE = re.compile(r"^```\{.*?^```$", re.MULTILINE | re.DOTALL)
 FAILS = "exit status 1"
 # commands that take long, and the tests that run the same
 ELSEWHERE = {"hystfmu study scenarios/pid/draws.study.toml -o out": "tests/study/test_yield.py"}
-# fits a model with resonance three times; tests/start has the same commands
-SLOW = DOCS / "tutorial" / "piezo.md"
+# pages that design several loops: tests/start and tests/redesign have the same commands with smaller records
+SLOW = {"tutorial/piezo.md", "explanation/promise.md", "howto/loops.md"}
 
 
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(p, marks=[pytest.mark.stress] if p == SLOW else [], id=p.relative_to(DOCS).as_posix())
+        pytest.param(
+            p,
+            marks=[pytest.mark.stress] if p.relative_to(DOCS).as_posix() in SLOW else [],
+            id=p.relative_to(DOCS).as_posix(),
+        )
         for p in PAGES
     ],
 )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from fmpy import read_model_description
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Slave
 from fmu_master import unpack
 
@@ -14,10 +14,11 @@ from fmu_master import unpack
 class Slave:
     """An instance for Co-Simulation; `fmu` is an archive, which is unpacked into `folder`, or a folder.
 
-    `events` asks for Event Mode, which FMI 2.0 does not have in Co-Simulation.  The attribute `fmu` is fmpy's instance.
+    `events` asks for Event Mode, which FMI 2.0 does not have in Co-Simulation; `silent` drops the log of FMI 2.0.
+    The attribute `fmu` is fmpy's instance.
     """
 
-    def __init__(self, fmu: Path, folder: Path | None = None, events: bool = False) -> None:
+    def __init__(self, fmu: Path, folder: Path | None = None, events: bool = False, silent: bool = False) -> None:
         folder = unpack(fmu, folder) if folder else fmu
         self.description = read_model_description(str(folder), validate=False)
         self.fmi = int(self.description.fmiVersion[0])
@@ -31,7 +32,14 @@ class Slave:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName="i",
         )
-        self.fmu.instantiate(**({"eventModeUsed": True} if events and self.fmi == 3 else {}))
+        more: dict[str, Any] = {"eventModeUsed": True} if events and self.fmi == 3 else {}
+        if silent:
+            more["callbacks"] = fmi2CallbackFunctions(
+                logger=fmi2CallbackLoggerTYPE(lambda *_: None),
+                allocateMemory=defaultCallbacks.allocateMemory,
+                freeMemory=defaultCallbacks.freeMemory,
+            )
+        self.fmu.instantiate(**more)
 
     def write(self, row: Mapping[str, float] | Sequence[float]) -> None:
         """Set the elements of all inputs, or single variables by name."""

@@ -2,7 +2,6 @@
 
 import ctypes as C
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -101,17 +100,6 @@ def test_both_standards_give_the_same_bits(folder: Path, name: str) -> None:
 def test_adaptive_solver_agrees_with_the_exact_discretisation(make: Make, name: str) -> None:
     """Co-Simulation is exact for linear parts with held inputs, so the error is the tolerance of the solver."""
     assert error(make, DYNAMIC[name], adaptive, n=60) < 1e-9
-
-
-@only_fmi2
-@pytest.mark.parametrize("name", list(DYNAMIC))
-@pytest.mark.parametrize(("method", "order", "steps"), [(euler, 1, (64, 128)), (runge_kutta, 4, (4, 8))])
-def test_fixed_steps_converge_with_their_order(
-    make: Make, name: str, method: Callable[[int], Solver], order: int, steps: tuple[int, int]
-) -> None:
-    coarse, fine = (error(make, DYNAMIC[name], method(n)) for n in steps)
-    assert fine < coarse < 1e-2, (coarse, fine)
-    assert np.log2(coarse / fine) == pytest.approx(order, abs=0.15)
 
 
 @only_fmi2

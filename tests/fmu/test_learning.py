@@ -56,7 +56,7 @@ def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(
     held, truth = regression(ipmc_sensor.ipmc(30, (1.5, 3.0, 4.0), noise=0.0, seed=4))
     batch, _ = least_squares(phi, voltage, RIDGE)
     values = {"form": form, "mu": 1.0, "eta": 1 / (len(phi) * RIDGE**2)}
-    if form == "corrected":  # chosen on another record, see tests/blocks/test_recursive_least_squares.py
+    if form == "corrected":  # chosen on another record, see tests/blocks/test_adaptive_inverse.py
         values |= {"r": 2 * float(np.std(voltage - phi @ batch)), "share": 0.1}
     n, u = phi.shape[1], np.column_stack([phi, voltage])
     graph = Graph.single(Node("learner", "recursive_least_squares", {"n": n}, values)).with_step(H)

@@ -17,7 +17,7 @@ STATIC = "expressions of this block for the Modelica inverse of a network of blo
 ALLOWED: dict[str, dict[str, str]] = {
     "identify/methods": {EVERY: "build(): a kind of model names the blocks of its graph"},
     "identify/graphs.py": {"scaling": "scaled_input(): the first block of the graphs of kinds"},
-    "identify/kinds.py": {EVERY: "Kind: a generated list of the kinds of model"},
+    "identify/kinds.py": {EVERY: "Kind: the keys of the kinds of model"},
     "identify/estimate/template.py": {EVERY: "build(): the chain of an operator and dynamics"},
     "model/guards.py": {"transfer_function": "_fast_poles(): the block that has poles"},
     "identify/estimate/dynamics.py": {
@@ -33,9 +33,6 @@ ALLOWED: dict[str, dict[str, str]] = {
     "face/fit.py": {"creep": "evidence_of(): lags that pass the input at once, so that they count as static"},
     "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
-    "identify/features/other_memory.py": dict.fromkeys(
-        ("play_bank", "scaling"), "unseen(): plays that stand for a memory"
-    ),
     "identify/features/bent_chain.py": {EVERY: "chain(): the blocks of the structure"},
     "identify/features/smooth_density.py": {"preisach": "node(): the block of the density and of its columns"},
     "identify/network/readout.py": {
@@ -43,7 +40,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         "mlp": "fit_readout(): the network",
         "sum": "fit_readout(): the linear readout",
     },
-    "identify/solvers/ridge.py": {"recursive_least_squares": "recursive(): the block that learns row by row"},
     "identify/estimate/free.py": {"sum": "KEYS: what the elements of a free parameter make together"},
     "identify/estimate/graph_fit.py": {"sum": "around(): what a block alone stands before"},
     "inverse/adaptive.py": {
@@ -78,7 +74,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         "scaling": "_limiters(): the block that limits the inputs of a network",
         "in_range": "with_in_range(): the block that compares the input with its range",
     },
-    "model/from_torch.py": {"mlp": "torch_blocks(): the block of two linear layers"},
+    "model/from_torch.py": {"mlp": "torch_graph(): the block of two linear layers"},
     "design/delays.py": {
         "delay": "cut(): delays become states",
         "scaling": "cut(): gains of 1 at the ends of a delay",

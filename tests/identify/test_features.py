@@ -169,15 +169,6 @@ def test_a_falling_branch_is_kept_just_increasing():
     assert rough(smooth) < 0.2 * rough(found)
 
 
-def test_the_nearest_point_above_its_bounds():
-    f = np.array([1.0, -2.0, 0.5])
-    assert constraint_factor._nearest(f, np.eye(3), np.array([0.0, -3.0, 0.5])) is f
-    assert constraint_factor._nearest(f, np.eye(3), np.array([0.0, 1.0, 2.0])) == pytest.approx([1.0, 1.0, 2.0])
-    # onto the plane x + y + z = 6, whose normal may have any length
-    E = 5 * np.ones((1, 3))
-    assert constraint_factor._nearest(f, E, np.array([30.0])) == pytest.approx(f + (6 + 0.5) / 3)
-
-
 # ---- bent sum -------------------------------------------------------------------------------------------------------
 def bent(q, g=(), c=()):
     return bent_sum.BentSum(np.ones(1), np.array(q), np.zeros(0), 0.0, np.array(g), np.array(c, float, ndmin=2))
@@ -240,14 +231,6 @@ def test_the_weights_behind_a_bend_are_found_again(after, T):
     assert np.sqrt(np.mean((bent_sum.model(p, s) - p.y) ** 2)) == pytest.approx(s.rms, rel=1e-6, abs=1e-12)
     assert np.abs(p.columns @ s.w).max() == pytest.approx(1.0)
     assert np.sqrt(np.mean(bent_sum.residuals(p, s)(p.after) ** 2)) <= 1.01 * s.rms + 1e-12
-
-
-def test_creep_adds_its_lags():
-    p, _ = made(T=(0.1, 1.0))
-    x = p.columns[:, :1]
-    lags = [lag(0.01, t).run(x) for t in (0.1, 1.0)]
-    assert p.crept(x, np.array([0.5, 0.0])) == pytest.approx(x + 0.5 * lags[0])
-    assert p.crept(x, np.array([0.5, 2.0])) == pytest.approx(x + 0.5 * lags[0] + 2 * lags[1])
 
 
 # ---- density, standard errors ---------------------------------------------------------------------------------------

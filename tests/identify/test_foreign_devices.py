@@ -114,6 +114,12 @@ def test_a_dashpot_in_series_with_bouc_wen():
     assert reached("Spencer's MR damper", "bouc_wen_parallel", "chirp", seed=65228) <= 1.2
 
 
+@pytest.mark.parametrize("form", ["chirp", "decaying sine"])
+def test_back_relaxation(form):
+    """Ionic polymer: plays, a fast lag and a slow negative lag; creep of positive weights leaves 5 to 9 %."""
+    assert reached("IPMC, back-relaxation", "actuator", form, seed=65228) <= 0.2
+
+
 def test_relays_stand_behind_a_bend():
     """A ferroelectric butterfly: plays leave 3 %, a density of relays without a bend 35."""
     assert reached("ferroelectric butterfly", "actuator", operator="relays", dynamics="no", creep="no") <= 1.5

@@ -1,16 +1,19 @@
-"""Validation blocks tell what a kind has learned only where it has seen the outermost loop, and beside true noise."""
+"""Rows that are held out, folds of the race and their spread, the shorter record: what blocks of one record tell."""
 
 import secrets
+from types import SimpleNamespace
 
 import numpy as np
+import plants
 import pytest
 from random_plants import draw
 
-from hystfmu import Dataset
+from hystfmu import Dataset, InputError, Model, blocks
 from hystfmu.data import signals
-from hystfmu.identify.catalogue import candidates
+from hystfmu.identify.catalogue import ANY, Candidate, candidates
+from hystfmu.identify.cuts import EVERY, beginning, fitted_and_held, shortened, validation_rows
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import FOLDS, Race, Trial
+from hystfmu.identify.race import FOLDS, LOSER, Race, Trial
 from hystfmu.model.accuracy import rms
 
 CANDIDATES = candidates()
@@ -62,3 +65,161 @@ def test_one_oscillation_does_not_tell_close_kinds_apart():
         race = Race(data, 0, poor)
         race.trials = {t.name: t for t in (best, near, loser)}
         assert [race.as_good(t, best) for t in (best, near, loser)] == [True, poor, False]
+
+
+# ---- held rows -------------------------------------------------------------------------------------------------------
+CHEAP = ("prandtl_ishlinskii", "krasnoselskii_pokrovskii", "polynomial_narx")
+SHORT = {"starts": 1, "iterations": 5}
+KEYS = sorted({key for key, _ in candidates().values()})
+U = signals.training(12, 3, 0.05)
+Y = plants.asymmetric(U)
+
+
+def held():
+    rows = validation_rows(U, 1)
+    rows[: int(np.argmin(Y)) + 1] = False  # the span of y stays that of all rows
+    return rows
+
+
+def outcome(data, key):
+    """Return the output of the model, or the refusal, which has figures of the data too."""
+    given = (
+        SHORT
+        if key.endswith("_mlp")
+        else {"m": 2, "q": 1}
+        if key == "duhem"
+        else {"n_u": 2, "n_f": 2}
+        if "narx" in key
+        else {}
+    )
+    try:
+        return fit_one(data, key, 0, lambda f: None, given).graph.run(U, 1e-3).tobytes()
+    except InputError as e:
+        return str(e)
+
+
+@pytest.mark.parametrize("key", [k if k in CHEAP else pytest.param(k, marks=pytest.mark.stress) for k in KEYS])
+def test_no_kind_uses_the_output_of_held_rows(key):
+    """The same model from data whose held rows are wrong, another one if they count."""
+    rows, wrong = held(), Y.copy()
+    wrong[rows] *= 0.7
+    made = [outcome(Dataset.from_signal(U, y, 1e-3).with_held(rows), key) for y in (Y, wrong)]
+    assert made[0] == made[1]
+    assert outcome(Dataset.from_signal(U, wrong, 1e-3), key) != made[0]
+
+
+def test_rows_that_count():
+    rows = held()
+    data = Dataset.from_signal(U, Y, 1e-3, train=slice(30, len(U) - 10)).with_held(rows)
+    wanted = [k for k in range(30, len(U) - 10) if not rows[k]]
+    assert list(data.counted) == wanted
+    assert data.with_output(Y + 1).held is rows
+    assert Dataset.from_signal(U, Y).counted == slice(0, len(U))
+
+
+@pytest.mark.parametrize("fold", range(EVERY))
+def test_beside_a_fold_that_is_held_out_there_are_blocks_that_tell_which_parts_to_take(fold):
+    rows = validation_rows(U, fold)
+    every, fitted, tested = fitted_and_held(Dataset.from_signal(U, Y, 1e-3).with_held(rows), len(U))
+    assert len(tested) > 0.1 * len(U)
+    assert not rows[every].any()
+    assert sorted([*fitted, *tested]) == every.tolist()
+
+
+# ---- spread between folds --------------------------------------------------------------------------------------------
+DECAY = signals.decaying_sine(10, 0.1)
+
+
+def trial(name, errors=0.01, **more):
+    """Return a candidate with errors of this size on the blocks; `others` has the outputs of the folds."""
+    model = SimpleNamespace(fit={"parameters": 3})
+    return Trial(name, name, Candidate(ANY, 1.0, 0.1), model, np.full(50, errors), 0.0, **more)
+
+
+def test_the_spread_is_the_standard_error_of_a_mean():
+    """The fit is a mean of n values, a fold leaves one out: the standard error is s / sqrt(n)."""
+    values = np.random.default_rng(4).normal(size=7)
+    means = [np.delete(values, k) for k in range(len(values))]
+    found = trial("mean", others=[np.full(3, v.mean()) for v in means]).spread
+    assert found == pytest.approx(values.std(ddof=1) / np.sqrt(len(values)), rel=1e-12)
+    assert trial("once", others=[np.ones(3)]).spread == 0.0
+    assert trial("wild", others=[np.ones(3), np.full(3, np.inf)]).spread == np.inf
+
+
+def test_a_loser_returns_when_the_fits_of_the_others_disagree():
+    race = Race(Dataset.from_signal(DECAY, 2 * DECAY), 0)
+    firm, shaky = trial("firm", 2 * LOSER * 0.01), trial("shaky")
+    race.trials = {t.name: t for t in (firm, shaky)}
+    assert race.late() == [shaky]
+    shaky.folds, shaky.others = len(FOLDS), [np.full(9, v) for v in (0.0, 0.1, 0.2)]
+    assert race.risk(shaky) > race.risk(firm) > race.excess(shaky)
+    assert race.late() == [firm]
+    assert race.best() is firm
+
+
+def test_folds_of_one_kind_agree_where_the_plant_is_of_this_kind():
+    """A straight line is found from any rows; a grid of kernels leaves states to each fold that it has not seen."""
+    plays = Model.of_block(blocks.PrandtlIshlinskii(w0=0.5, r=[0.13, 0.41], w=[0.6, 0.4]))
+    spreads = {}
+    for name, y in (("prandtl_ishlinskii", 2 * DECAY + 0.5), ("krasnoselskii_pokrovskii", plays.predict(DECAY))):
+        race = Race(Dataset.from_signal(DECAY, y, 1e-3), 0)
+        race.first(name, name, candidates()[name][1], lambda done: None)
+        race.again(list(race.trials.values()))
+        assert race.trials[name].folds == 2
+        spreads[name] = race.trials[name].spread
+    assert spreads["prandtl_ishlinskii"] < 1e-9 < 1e-4 < spreads["krasnoselskii_pokrovskii"]
+
+
+# ---- a shorter record ------------------------------------------------------------------------------------------------
+H = 1e-3
+
+
+def sine(n, cycles, late=0.0):
+    t = np.arange(n) / n
+    return (1 - late + late * t) * np.sin(2 * np.pi * cycles * t)
+
+
+def test_a_short_record_and_several_stay_as_they_are():
+    data = Dataset.from_signal(sine(3000, 10), sine(3000, 10), H)
+    assert shortened(data, 3000) is data
+    several = Dataset.joined([data, data])
+    assert shortened(several, 1000) is several
+
+
+def test_slow_signals_are_thinned():
+    u = sine(20_000, 10)
+    data = Dataset(H * np.arange(20_000), u, u**3, train=slice(4000, 16_000), covariates={"T": np.arange(20_000.0)})
+    made = shortened(data, 3000)
+    assert made.h == pytest.approx(4 * H)
+    assert (made.train.start, made.train.stop) == (1000, 4000)
+    assert made.u.tolist() == u[:16_000:4].tolist()
+    assert made.covariates.values[:, 0].tolist() == list(range(0, 16_000, 4))
+
+
+def test_what_would_be_lost_is_not_thinned():
+    """A tone at a quarter of the rate, in the output alone; white noise of the sensor may go."""
+    n = 20_000
+    u, t = sine(n, 10), np.arange(n)
+    rung = Dataset.from_signal(u, u + 0.05 * np.sin(2 * np.pi * 0.2 * t), H)
+    made = shortened(rung, 5000)
+    assert made.h == pytest.approx(H)
+    assert len(made.t) == 5000
+    noisy = u + 0.01 * np.random.default_rng(4).normal(size=n)
+    assert shortened(Dataset.from_signal(u, noisy, H), 5000).h == pytest.approx(4 * H)
+
+
+@pytest.mark.parametrize(("late", "first"), [(0.0, 0), (0.8, 15_000)])
+def test_the_part_with_most_range_and_speed_or_the_first_of_equal_ones(late, first):
+    u = sine(20_000, 400, late)
+    data = Dataset.from_signal(u, u, H)
+    made = shortened(data, 5000)
+    assert made.u.tolist() == u[first : first + 5000].tolist()
+    assert made.train == slice(0, 5000)
+
+
+def test_the_beginning_keeps_what_is_held_out():
+    u = sine(4000, 40)
+    held = np.arange(4000) % 7 == 0
+    made = beginning(Dataset.from_signal(u, u, H).with_held(held), 1000)
+    assert len(made.t) == 1000
+    assert made.held.tolist() == held[:1000].tolist()

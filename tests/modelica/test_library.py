@@ -8,8 +8,10 @@ import compare
 import form
 import library
 import lint
+import numpy as np
 import pytest
 import simulate
+from syntax_tree import references
 
 CLASSES = library.classes()
 FOLDERS = [d for d in [library.ROOT, *sorted(library.ROOT.rglob("*"))] if d.is_dir() and "Resources" not in d.parts]
@@ -73,6 +75,29 @@ def test_every_function_is_used() -> None:
         if c.tree.type == "function" and not name.startswith("HystFMU.Icons"):
             calls = re.findall(rf"(?<!function )\b{c.short_name}\(", used)
             assert calls, f"no block and no function calls {name}"
+
+
+def test_only_sources_and_the_clock_of_samples_know_the_time() -> None:
+    """The trajectory of any other class is shifted with the start of a simulation, together with its inputs."""
+    users = set()
+    for name, c in CLASSES.items():
+        values = [e for s in c.tree.symbols.values() for e in library.modifiers(s.class_modification).values()]
+        tree = c.tree.equations, c.tree.initial_equations, c.tree.statements, c.tree.initial_statements, values
+        if "time" in references(tree) and not name.startswith(("HystFMU.Sources.", "HystFMU.Validation.")):
+            users.add(name)
+    assert users == {"HystFMU.Interfaces.Sampled"}
+
+
+@pytest.mark.parametrize("start", [1.0, -2.5])
+def test_samples_begin_with_the_simulation(start: float) -> None:
+    """A controller under a constant error integrates from the start time on, whatever that is."""
+    text = "model M HystFMU.Control.Pid a(Ki = 2, Ts = 0.1); equation a.y_d = 1; a.y = 0; a.u_ff = 0; end M;"
+    found = []
+    for t in (0.0, start):
+        v = simulate.solve_text(text, t + 1, 0.1, 1e-6, t).values
+        found.append(simulate.Trajectory({**v, "time": v["time"] - t}).at(0.1)["a.u"])
+    assert np.ptp(found[0]) > 1
+    assert found[1] == pytest.approx(found[0], abs=1e-12)
 
 
 def test_examples_with_physical_ports_come_first() -> None:

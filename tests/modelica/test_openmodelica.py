@@ -3,8 +3,6 @@
 `make openmodelica` runs this file.  The first tests need no OpenModelica: they hold what the others rely on.
 """
 
-import stat
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -82,43 +80,6 @@ def test_result_of_a_check_is_its_last_line(failed: int) -> None:
 
 def test_check_that_says_nothing_has_looked_at_nothing() -> None:
     assert omc.checked('Error String:\n""\n') == (0, 0)
-
-
-STANDS_IN = """#!{python}
-import pathlib, re, sys
-script = pathlib.Path(sys.argv[1]).read_text()
-pathlib.Path({kept!r}).write_text(str(pathlib.Path.cwd()) + "\\n" + script)
-n = int(re.search(r"numberOfIntervals = (\\d+)", script)[1])
-if {works}:
-    rows = ["\\"time\\",\\"tested.y\\",\\"tested.u[1]\\","] + [f"{{k * 0.1}},{{k}},{{-k}}," for k in range(n + 1)]
-    pathlib.Path("run_res.csv").write_text("\\n".join(rows))
-result = "run_res.csv" if {works} else ""
-print(f'record SimulationResult\\n    resultFile = "{{result}}",\\nend SimulationResult;')
-"""
-
-
-@pytest.mark.parametrize("works", [True, False])
-def test_simulation_asks_for_intervals_and_a_result(
-    works: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A program that stands in for the compiler keeps its script, and writes rows or an empty name of the result."""
-    program, kept = tmp_path / "omc", tmp_path / "kept"
-    program.write_text(STANDS_IN.format(python=sys.executable, kept=str(kept), works=works))
-    program.chmod(program.stat().st_mode | stat.S_IXUSR)
-    monkeypatch.setenv("HYSTFMU_OMC", str(program))
-    model = library.ROOT / "Validation" / "Sum.mo"
-    said = omc.simulate(model, "HystFMU.Validation.Sum", "0.75", "0.1", "1e-9", tmp_path / "r.npz")
-    folder, script = kept.read_text().split("\n", 1)
-    assert not Path(folder).is_relative_to(library.ROOT.parent)
-    assert "stopTime = 0.7000000000000001, numberOfIntervals = 7, tolerance = 1e-9" in script
-    assert script.count("loadFile(") == 1
-    if not works:
-        assert said.startswith("no result file: record SimulationResult")
-        return
-    assert said == ""
-    with np.load(tmp_path / "r.npz") as stored:
-        assert stored["tested.y"].tolist() == list(range(8))
-        assert stored["tested.u[1]"].tolist() == [-k for k in range(8)]
 
 
 # ---- with OpenModelica

@@ -18,7 +18,7 @@ MOST_LINES = 12  # of a statement
 CHOICE = "tests/identify/choice"
 TABLES = {
     "fmu_build/core/blocks/": tuple(
-        f"tests/contract/test_{n}.py" for n in ("block_table", "generated", "largest_sizes")
+        f"tests/contract/test_{n}.py" for n in ("block_table", "generated", "limits_that_meet")
     ),
     "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
     "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/test_study_spec.py"),

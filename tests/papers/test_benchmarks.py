@@ -125,20 +125,6 @@ def test_linear_oscillator_from_its_spectra():
     np.testing.assert_allclose(linear_oscillator(u, y, h), [2, 10, 1e5], rtol=1e-9)
 
 
-def bouc_wen_oscillator(u, h, m, c, k, alpha, gamma, delta):
-    """Displacement by scipy's adaptive RK45 (an integrator other than that of the core), u a line between rows."""
-    from scipy.integrate import solve_ivp
-
-    t = h * np.arange(len(u))
-
-    def rate(at, x):
-        q, v, z = x
-        a = (np.interp(at, t, u) - c * v - k * q - z) / m
-        return [v, a, alpha * v - gamma * abs(v) * z - delta * v * abs(z)]
-
-    return solve_ivp(rate, (0, t[-1]), [0.0, 0.0, 0.0], t_eval=t, rtol=1e-7, atol=1e-9, max_step=2 * h).y[0]
-
-
 def test_grey_box_oscillator_recovers_a_plant_of_another_integrator():
     h, true = 5e-4, {"m_L": 2.0, "c_L": 15.0, "k_L": 3e4, "alpha": 4e4}
     rng = np.random.default_rng(2)
@@ -146,7 +132,7 @@ def test_grey_box_oscillator_recovers_a_plant_of_another_integrator():
     spectrum[10:120] = np.exp(2j * np.pi * rng.uniform(size=110))
     u = np.fft.irfft(spectrum, 4000)
     u *= 60 / rms(u)
-    y = bouc_wen_oscillator(u, h, *true.values(), 900.0, -400.0)
+    y = plants.bouc_wen_oscillator(u, h, *true.values())
     m = fit(Dataset.from_signal(u, y, h), "bouc_wen_oscillator")
     v = m.graph.node("plant").values
     assert m.fit["rms_percent"] < 0.02  # two integrators, 60 rows per period
@@ -188,7 +174,7 @@ def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
     """Trained on one multisine, run free on another; the plant is integrated by scipy."""
     h = 1 / 750
     force = [synthetic.multisine(1024, 5, 60, 60, seed) for seed in (1, 2)]
-    y = [bouc_wen_oscillator(u, h, 2.0, 15.0, 3e4, 4e4, 900.0, -400.0) for u in force]
+    y = [plants.bouc_wen_oscillator(u, h) for u in force]
     m = fit(Dataset.from_signal(force[0], y[0], h), "narx_network", lags=4, hidden=4, iterations=15)
     linear = fit(Dataset.from_signal(force[0], y[0], h), "polynomial_narx", n_u=4, n_f=0, n_y=4, q=1, n_k=0)
     errors = [rms((k.predict(force[1]) - y[1])[100:]) / rms(y[1]) for k in (m, linear)]

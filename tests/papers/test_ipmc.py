@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import reasons
+from loop_simulation import Blocks
 
 import papers as reproduce
 from hystfmu import InputError, Model
@@ -225,23 +226,12 @@ def test_wrong_samples_are_refused():
 
 # ---- the model -----------------------------------------------------------------------------------------------------
 def by_hand(model, u):
-    """Free run of a polynomial_narx model in plain Python, from the values in its graph."""
-    nodes = {n.name: n for n in model.graph.nodes}
-    net, front, readout = nodes["network"], nodes["input"], nodes["readout"]
-    x = np.clip(u, front.value("lo"), front.value("hi")) * front.value("gain") + front.value("offset")
-    f = Graph.single(nodes["operator"]).run(x)
-    n_u, n_f, n_y, n_k, q = (net.dims[k] for k in ("n_u", "n_f", "n_y", "n_k", "q"))
-    theta, out = net.value("theta"), np.zeros(len(u))
-    for k in range(len(u)):
-        z = [v[max(k - n_k - i, 0)] for v, n in ((x, n_u), (f, n_f)) for i in range(n)]
-        z += [out[k - i] if k >= i else net.value("y0")[0] for i in range(1, n_y + 1)]
-        out[k] = theta[-1]
-        at = 0
-        for degree in range(1, q + 1):
-            for factors in itertools.combinations_with_replacement(range(len(z)), degree):
-                out[k] += theta[at] * math.prod(z[i] for i in factors)
-                at += 1
-    return out * readout.value("gain") + readout.value("offset")
+    """Free run of a model by the blocks of the oracles, from the values in its graph."""
+    unit, states, out = Blocks(model.graph), None, []
+    for k, x in enumerate(u):
+        found, states = unit.step(states, {"u": x}, k * model.step, model.step if k else 0.0)
+        out.append(unit.results(found, {})[0])
+    return np.array(out)
 
 
 @pytest.mark.parametrize("lags", [(3, 2, 0, 1, 2), (2, 0, 0, 1, 3), (2, 2, 2, 1, 1), (3, 3, 0, 0, 2), (1, 1, 1, 0, 2)])
@@ -266,21 +256,9 @@ def test_f_makes_the_error_five_times_smaller(data):
         assert e[1] > 5 * e[0]
 
 
-def test_recursive_training_is_batch_and_the_dead_zone_stays_near(data):
-    some = data.with_train("0:6000")
-    batch, plain, dead = (
-        fit(some, "polynomial_narx", n_u=3, n_f=3, training=t) for t in ("batch", "recursive", "dead_zone")
-    )
-    a, b = (m.graph.node("network").value("theta") for m in (batch, plain))
-    np.testing.assert_allclose(a, b, atol=1e-7)
-    assert batch.fit["rms"] <= dead.fit["rms"] < 3 * batch.fit["rms"]
-
-
 def test_wrong_options(data):
     with pytest.raises(InputError, match=r"number of weights must be at most .* Got 10626 for"):
         fit(data, "polynomial_narx", n_u=10, n_f=10, q=4)
-    with pytest.raises(InputError, match="'dead_zone' must come with training = 'dead_zone'"):
-        fit(data, "polynomial_narx", n_u=2, n_f=2, training="recursive", dead_zone=0.1)
 
 
 # ---- synthetic sensor ----------------------------------------------------------------------------------------------

@@ -1,17 +1,11 @@
 """Chromium driven by playwright, and a page of each kind: once for all tests of this folder."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
-from opened_page import KINDS
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+from opened_page import KINDS, Browser
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 STUDIES = ("study", "compared_studies")

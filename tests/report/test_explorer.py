@@ -1,23 +1,17 @@
 """The explorer of a report, moved by a real pointer and real keys: its numbers are those of `predict`, bit for bit."""
 
-from __future__ import annotations
-
 import base64
 import csv
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from opened_page import opened
+from opened_page import Browser, Page, opened
 
 import hystfmu as hy
 from hystfmu.face.page import explorer
 from hystfmu.report.page import Section, page, section
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
 
 KEYS = ("prandtl_ishlinskii", "play_bank_mlp", "zhao_tan_mlp")
 Models = dict[str, hy.Model]

@@ -1,20 +1,15 @@
 """Every kind of page: the answer on the first screen, the list of accessibility, its size, nothing from a network."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-from opened_page import KINDS, opened
+from opened_page import KINDS, Browser, opened
 
 import hystfmu as hy
 from hystfmu import demo
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 CHECKS = Path(__file__).with_name("accessibility.js").read_text()
 MOST_SCRIPT, MOST_PAGE = 30_000, 1_000_000

@@ -3,24 +3,19 @@
 `accessibility.js` measures the same on every kind of page.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
-from opened_page import opened
+from opened_page import Browser, Page, opened
 
 from hystfmu import report
 from hystfmu.report.axis import axis, thin, tick
 from hystfmu.report.page import figure_of, percent
 from hystfmu.report.plot import Line, Plot
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
 
 DOCS = Path(__file__).parents[2] / "python" / "docs"
 CHECKS = Path(__file__).with_name("accessibility.js").read_text()
@@ -161,8 +156,6 @@ def test_the_floor_is_that_of_percents() -> None:
 
 
 # ---- Numbers beside an axis: short, exact, the same in a page as in Python
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 COMMON = (Path(report.__file__).parent / "script" / "common.js").read_text()
 

@@ -1,7 +1,5 @@
 """The core in a page: built from these sources, no imports, small, on the vectors of every block the native bits."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib
@@ -12,19 +10,17 @@ import time
 import tomllib
 import zlib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
+from opened_page import Browser, Page
 
 import hystfmu as hy
 from hystfmu.core.library import block_types
 from hystfmu.graph import Graph, Node
 from hystfmu.report.explorer import CORE as FILE
 from hystfmu.report.explorer import packed_core
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
 
 ROOT = Path(__file__).parents[2]
 BUILD = (sys.executable, ROOT / "fmu_build" / "platforms" / "page.py", ROOT / "fmu_build")

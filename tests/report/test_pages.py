@@ -1,21 +1,15 @@
 """Pages in Chromium: hover, zoom, linked cursors, sorting, filtering; contrast, names, order of focus; no request."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from opened_page import opened
+from opened_page import Browser, Locator, Page, opened
 
 from hystfmu import report
 from hystfmu.report.page import PARTS, Section, Table, page, section
 from hystfmu.report.plot import Line, Plot
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Locator, Page
 
 MOST_SCRIPT = 30_000
 CHECKS = Path(__file__).with_name("accessibility.js").read_text()

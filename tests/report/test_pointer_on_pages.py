@@ -1,24 +1,18 @@
 """Real pointer and keys on the pages of runs, studies, comparisons and FMUs: matrix, draws, overlaid signals."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from opened_page import SCENARIOS, data, dragged, opened
+from opened_page import SCENARIOS, Browser, Locator, Page, data, dragged, opened
 
 import hystfmu as hy
 from hystfmu.scenario import Cases
 from hystfmu.scenario.system.system import build
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Locator, Page
 
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]?\d+)?")
 

@@ -1,7 +1,5 @@
 """The policy of every page: it runs what it was written with and nothing else, and it requests nothing."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import importlib.util
@@ -13,19 +11,15 @@ import sys
 import tarfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from opened_page import KINDS, dragged, opened
+from opened_page import KINDS, Browser, dragged, opened
 
 import hystfmu as hy
 from hystfmu.base import PACKAGE
 from hystfmu.report.page import page
 from hystfmu.report.plot import Line, Plot
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">')
 PART = re.compile(r"<(style|script)([^>]*)>(.*?)</\1>", re.DOTALL)
@@ -89,8 +83,6 @@ def test_a_page_runs_nothing_that_it_was_not_written_with(browser: Browser, tmp_
 
 
 # ---- The explorer in the four ways in: the demo, the docs, a wheel, the source archive; a pointer drags in each page
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 ROOT = Path(__file__).parents[2]
 BUILD = (

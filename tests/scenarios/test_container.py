@@ -1,5 +1,6 @@
 """A loop with foreign FMUs as one FMU: the bits of `hystfmu run`; errors name the unit."""
 
+import ctypes as C
 import re
 import tomllib
 import zipfile
@@ -259,3 +260,120 @@ def test_the_archive_passes_the_checks_of_fmpy(foreign: Any, tmp_path: Path) -> 
         names = archive.namelist()
     assert "resources/units/pid/modelDescription.xml" in names
     assert sum(n.endswith(".so") for n in names) == 4  # of the container, of both foreign FMUs, one of all of ours
+
+
+LIMITED = [  # line of the system file, place of a number in it, its least and largest value
+    ("hystfmu-system ", 1, 2, 2),
+    ("coupling ", 1, 0, 1),
+    ("coupling ", 2, 1, 1000),
+    ("units ", 1, 1, None),
+    ("unit x ", 2, 2, 3),
+    ("unit x ", 6, 1, 1_000_000),
+    ("unit x ", 7, 1, 10_000),
+    ("unit x ", 9, 0, None),
+    ("parameters 3 ", 3, 0, 2**32 - 1),
+    ("parameters 3 ", 4, 1, None),
+    ("connected 1 ", 5, 0, 2**32 - 1),
+    ("connected 1 ", 6, 1, 1),
+    ("connected 1 ", 7, -1, 5),
+    ("outputs 2 ", 5, 0, 2**32 - 1),
+    ("outputs 2 ", 6, 1, 1),
+]
+
+
+@pytest.mark.parametrize(("line", "place", "least", "most"), LIMITED)
+def test_a_number_outside_its_limits_is_damage(
+    write: Any, tmp_path: Path, line: str, place: int, least: int, most: int | None
+) -> None:
+    written(typed(write, 3), tmp_path / "box.fmu")
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    file = box / "resources" / "system.txt"
+    lines = file.read_text().split("\n")
+    (row,) = (k for k, text in enumerate(lines) if text.startswith(line))
+    words = lines[row].split(" ")
+    for value in [least - 1, *([] if most is None else [most + 1])]:
+        changed = " ".join([*words[:place], str(value), *words[place + 1 :]])
+        file.write_text("\n".join([*lines[:row], changed, *lines[row + 1 :]]))
+        (said,) = tried(box)
+        assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, value)
+
+
+NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the signal has -8 to 8
+    **dict.fromkeys(("Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"), (100, 1)),
+    **{"Float32": (0.1, 2.5), "Float64": (0.1, 2.5), "Boolean": (True, False)},
+}
+
+
+def test_every_type_of_fmi_3_has_the_bits_of_the_run(write: Any, tmp_path: Path) -> None:
+    """Parameters, connected inputs and outputs; unsigned types read the rectified signal."""
+    variables, given, ends = [], {}, {}
+    for kind, (value, start) in NUMBERS.items():
+        variables += [Variable(f"{c[0]}_{kind}", kind, c, (start,)) for c in ("parameter", "input", "output")]
+        given[f"p_{kind}"] = value
+        ends[f"x.i_{kind}"] = "square.y" if kind.startswith("U") else "reference.r"
+    folder = Path(
+        write(
+            {
+                "name": "typed",
+                "step": 1e-3,
+                "stop": 0.02,
+                "order": ["reference", "square", "x"],
+                "units": {
+                    "reference": {"block": "reference", "values": {"amplitude": 8.0, "frequency": 60.0}},
+                    "square": {"block": "product", "dims": {"n": 2, "m": 0}},
+                    "x": {"fmu": "x.fmu", "set": given},
+                },
+                "connections": {"square.u_1": "reference.r", "square.u_2": "reference.r", **ends},
+                "record": [f"x.o_{kind}" for kind in NUMBERS],
+                "metrics": {"p": {"kind": "final", "signal": "x.o_Float64"}},
+            }
+        )
+    )
+    drawn_fmu(folder / "x.fmu", 3, variables)
+    written(folder, tmp_path / "box.fmu")
+    system = ready(folder)
+    ours = simulate(system, "native")
+    got = boxed(tmp_path / "box.fmu", tmp_path / "box", 1e-3, system.n_steps)
+    for kind in NUMBERS:
+        assert got[f"x.o_{kind}"].tobytes() == ours[f"x.o_{kind}"].tobytes(), kind
+        assert np.ptp(got[f"x.o_{kind}"]) > 0, kind
+
+
+# function of FMI 2.0 with its arguments -> phases in which it is allowed; made, initializing, stepping, ended
+PHASES = {
+    ("fmi2SetupExperiment", 0, 0.0, 0.0, 0, 0.0): "made",
+    ("fmi2EnterInitializationMode",): "made",
+    ("fmi2ExitInitializationMode",): "initializing",
+    ("fmi2DoStep", 0.0, 1e-3, 1): "stepping",
+    ("fmi2GetReal", None, 0, None): "made initializing stepping ended",
+    ("fmi2GetRealStatus", 2, None): "stepping ended",
+    ("fmi2GetBooleanStatus", 3, None): "stepping ended",
+    ("fmi2Terminate",): "stepping",
+    ("fmi2Reset",): "made initializing stepping ended",
+}
+WAY = ["EnterInitializationMode", "ExitInitializationMode", "Terminate"]
+
+
+def test_a_call_outside_its_phase_is_an_error(write: Any, tmp_path: Path) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    description = fmpy.read_model_description(str(box))
+    identifier = description.coSimulation.modelIdentifier
+    made = {"guid": description.guid, "unzipDirectory": str(box), "modelIdentifier": identifier}
+    for at, phase in enumerate(("made", "initializing", "stepping", "ended")):
+        for (name, *arguments), phases in PHASES.items():
+            said: list[str] = []
+            callbacks = fmi2CallbackFunctions()
+            callbacks.logger = fmi2CallbackLoggerTYPE(lambda _c, _n, _s, _k, m, said=said: said.append(m.decode()))
+            slave = FMU2Slave(instanceName="box", **made)
+            slave.instantiate(callbacks=callbacks)
+            for step in WAY[:at]:
+                assert getattr(slave.dll, f"fmi2{step}")(slave.component) == 0
+            call = getattr(slave.dll, name)
+            call.argtypes = None
+            typed_arguments = [C.c_double(a) if isinstance(a, float) else a for a in arguments]
+            status = call(C.c_void_p(slave.component), *typed_arguments)
+            refused = said == [f"{name} is not allowed now"]
+            assert refused == (phase not in phases.split()), (name, phase, status, said)
+            assert (status == 3) == refused
+            slave.freeInstance()

@@ -171,12 +171,6 @@ def gains(k1: float, k2: float, coupling: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize(("k1", "k2"), [(0.5, 0.5), (-0.9, 0.9), (-3.0, 2.0), (4.0, 1.0)])
-def test_iterative_solves_the_algebraic_loop(write: Any, k1: float, k2: float) -> None:
-    trace = same(ready(write(gains(k1, k2, {"scheme": "iterative", "tolerance": 1e-12}))))
-    assert np.abs(trace["x.y"][1:] - trace["reference.r"][1:] / (1 - k1 * k2)).max() < 1e-11 * abs(1 / (1 - k1 * k2))
-
-
 def test_gauss_seidel_is_one_step_late_and_jacobi_two(write: Any) -> None:
     """z is read before it is made: x_n = r_n + k2 k1 x_{n-1}; with Jacobi x_n = r_{n-1} + k2 k1 x_{n-2}."""
     late = same(ready(write(gains(0.5, 0.5, {"scheme": "gauss_seidel"}))))

@@ -179,7 +179,12 @@ METRIC: dict[str, Any] = {"kind": "peak", "signal": "a.y"}
 WHOLE: dict[str, Any] = {
     "name": "s", "step": 0.1, "stop": 1.0, "order": ["a"], "units": {"a": UNIT}, "metrics": {"m": METRIC},
 }  # fmt: skip
+CORNERS: dict[str, Any] = {"slopes": [1.0, 1.0], "corners": ["*"]}
 TINY = 5e-324
+
+
+def many(n: int, value: Any) -> dict[str, Any]:
+    return {f"x{k}": value for k in range(n)}
 
 
 @pytest.mark.parametrize(
@@ -195,13 +200,7 @@ TINY = 5e-324
         (TubeSpec, {"value": 0.5}, "time", [0.0], [-TINY, math.inf]),
         (TubeSpec, {}, "value", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
         (MarginsSpec, {}, "Ms_db", [TINY, 60.0], [0.0, 60.0 + 1e-13]),
-        (
-            MarginsSpec,
-            {"slopes": [1.0, 1.0], "corners": ["*"]},
-            "stable_to_steps",
-            [0.0, 100.0],
-            [-TINY, 100.0 + 1e-13],
-        ),
+        (MarginsSpec, CORNERS, "stable_to_steps", [0.0, 100.0], [-TINY, 100.0 + 1e-13]),
         (MarginsSpec, {"Ms_db": 1.0}, "slopes", [[0.5, 2.0]], [[1.0], [1.0, 2.0, 3.0], [1.0, math.inf]]),
         (CaseSpec, {"name": "c"}, "stop", [TINY], [0.0, math.inf]),
         (CaseSpec, {"name": "c"}, "after", [0.0], [-TINY]),
@@ -211,27 +210,9 @@ TINY = 5e-324
         (ScenarioSpec, WHOLE, "stop", [TINY], [0.0]),
         (ScenarioSpec, WHOLE, "ripple", [1, 1000], [0, 1001]),
         (ScenarioSpec, WHOLE, "tolerance", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
-        (
-            ScenarioSpec,
-            WHOLE,
-            "units",
-            [{f"u{k}": UNIT for k in range(200)}],
-            [{}, {f"u{k}": UNIT for k in range(201)}],
-        ),
-        (
-            ScenarioSpec,
-            WHOLE,
-            "metrics",
-            [{f"m{k}": METRIC for k in range(100)}],
-            [{}, {f"m{k}": METRIC for k in range(101)}],
-        ),
-        (
-            ScenarioSpec,
-            WHOLE,
-            "case",
-            [[{"name": f"c{k}"} for k in range(200)]],
-            [[{"name": f"c{k}"} for k in range(201)]],
-        ),
+        (ScenarioSpec, WHOLE, "units", [many(200, UNIT)], [{}, many(201, UNIT)]),
+        (ScenarioSpec, WHOLE, "metrics", [many(100, METRIC)], [{}, many(101, METRIC)]),
+        (ScenarioSpec, WHOLE, "case", [[{"name": k} for k in many(200, 0)]], [[{"name": k} for k in many(201, 0)]]),
         (ScenarioSpec, WHOLE, "loops", [[["a", "b"]]], [[["a"]], [["a", "b", "c"]]]),
     ],
 )

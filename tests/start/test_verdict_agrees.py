@@ -22,8 +22,20 @@ from hystfmu.cli import main
 SENTENCE = re.compile(r"verdict: (approved|not approved), (feedback|slow feedback|no feedback)")
 FEEDBACK = {"feedback": "full", "slow feedback": "slow", "no feedback": "none"}
 STUDIES = ("static_plays", "stage_chirp")  # 200 draws take long: the others are stress tests
-LONG = ("battery", "straight")  # twelve others run always
+LONG = (
+    "battery",
+    "straight",
+    "noisy",
+    "bent",
+    "elastomer",
+    "decaying_sine",
+    "stage_reversals",
+)  # eight others run always
+CHOSEN = ("short", "bouc_wen", "creep_alone")  # the stress tests also let `start` choose the kind of these
 MODELS = {  # records whose kind is known: only the others wait for a choice
+    "short": "prandtl_ishlinskii",
+    "bouc_wen": "bouc_wen",
+    "creep_alone": "actuator",
     "static_plays": "prandtl_ishlinskii",
     "noisy": "prandtl_ishlinskii",
     "stage_chirp": "g0_prandtl_ishlinskii",
@@ -65,15 +77,15 @@ class Made:
 @pytest.fixture(scope="module")
 def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
     """Start from a record once for all processes of the run."""
-    name = request.param
+    name, _, chosen = request.param.partition(" ")
     base = tmp_path_factory.getbasetemp()  # of a process of the run, within that of the run
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / f"verdict_{name}"
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / f"verdict_{name}{chosen}"
     folder.mkdir(exist_ok=True)
     kept = folder / "said.json"
     with alone(folder):
         if not kept.exists():
             write(folder / f"{name}.csv", *RECORDS[name]())
-            model = ("--model", MODELS[name]) if name in MODELS else ()
+            model = ("--model", MODELS[name]) if name in MODELS and not chosen else ()
             words = ("start", folder / f"{name}.csv", "-o", folder / "mine", *model)
             status, terminal = call(*words)
             status_json, told = call(*words, "--json")
@@ -82,7 +94,10 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return Made(folder / "mine", *json.loads(kept.read_text()), verdict)
 
 
-PARAMETERS = [pytest.param(n, marks=pytest.mark.stress) if n in LONG else n for n in RECORDS]
+PARAMETERS = [
+    *(n for n in RECORDS if n not in LONG),
+    *(pytest.param(n, marks=pytest.mark.stress) for n in (*LONG, *(f"{n} chosen" for n in CHOSEN))),
+]
 every_record = pytest.mark.parametrize("made", PARAMETERS, indirect=True, scope="module")
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from hystfmu.base.errors import InputError, meant
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify import methods
+from hystfmu.identify.kinds import Kind
 
 Options = Mapping[str, Any]
 """Valid values of the options of a kind, by name."""
@@ -35,7 +36,7 @@ LEAST = 400.0  # minimum memory of any fit (bytes per row)
 EXPENSIVE = 3.0  # cost (s) above which a kind without quick options is first fitted to a part of the rows
 AUTO = "auto"
 AUTO_TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
-METHODS: tuple[str, ...] = (*sorted(methods.MODULES), AUTO)
+METHODS: tuple[str, ...] = get_args(Kind)
 REMOVED = {  # kinds of older versions, each with the kinds that replace it
     "prandtl_ishlinskii_asym": "actuator or preisach",
     "prandtl_ishlinskii_rate": "actuator or preisach",
@@ -178,8 +179,8 @@ class Memory:
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of model.
+class Row:
+    """A row of the table of kinds.
 
     Parameters
     ----------
@@ -208,22 +209,22 @@ class Kind:
     covariates: bool = False
 
 
-def method(key: str) -> Kind:
+def method(key: str) -> Row:
     """Import the module of a kind of model, except ``auto``, and return the kind.
 
     An unknown key raises an InputError.
     """
     if key in REMOVED:
         raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
-    if key not in methods.MODULES:
+    if key == AUTO or key not in METHODS:
         raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.{meant(key, METHODS)}")
-    found: Kind = importlib.import_module(f"{methods.__name__}.{methods.MODULES[key]}").KINDS[key]
+    found: Row = importlib.import_module(f"{methods.__name__}.{methods.MODULES.get(key, key)}").KINDS[key]
     return found
 
 
 def candidates() -> dict[str, tuple[str, Candidate]]:
     """Return all candidates: a dict from name (for example ``zhao_tan_mlp memory=last``) to kind and candidate."""
-    return {row.named(key): (key, row) for key in sorted(methods.MODULES) for row in method(key).candidates}
+    return {row.named(key): (key, row) for key in METHODS if key != AUTO for row in method(key).candidates}
 
 
 def description(key: str) -> str:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.features.plays import thresholds, with_plays
 from hystfmu.model import Model, run_along
 from hystfmu.model.accuracy import rms
 from hystfmu.model.coverage import KEY, span_of
@@ -177,6 +177,6 @@ def _parts(data: Dataset, y: Array, counted: NDArray[np.bool_]) -> tuple[Part, .
     lag = min(late, key=lambda k: (late[k], abs(k)))
     found.append(Part("lag", f"{lag:+d} rows ({lag * data.h:+.3g} s)", late[lag]))
     r = thresholds(data.u, PLAYS)
-    columns = [data.u[rows], *data.along(lambda u: plays(u, r, float(u[0])))[rows].T]
+    columns = data.along(lambda u: with_plays(u, r, float(u[0])))[rows].T
     found.append(Part("loop", f"{len(columns)} further weights", solved(ones, y[rows], *columns)[1]))
     return tuple(found)

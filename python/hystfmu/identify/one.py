@@ -1,7 +1,7 @@
 """Fit of a given kind of model: the steps that all kinds have in common.
 
 These steps are the check of the data, the correction for a dead band, the call of ``build``, the simulation of the
-fitted model, its errors and warnings, and the provenance. `hystfmu.identify.catalogue.Kind` describes a kind. `build`
+fitted model, its errors and warnings, and the provenance. `hystfmu.identify.catalogue.Row` describes a kind. `build`
 returns the graph and the number of fitted parameters. It can also return a dict with identified physical quantities,
 ``warnings``, and the searched parameters ``bounded`` (see `hystfmu.model.guards`).
 """

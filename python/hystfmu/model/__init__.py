@@ -30,7 +30,9 @@ FORMAT = 1
 _TIME = re.compile(rb"^seconds = .*\n", re.MULTILINE)  # duration of the fit, which differs from run to run
 
 
-class _File(GraphTable):
+class ModelTable(GraphTable):
+    """Keys of a model file."""
+
     format: Literal[1]
     key: str
     text: str = ""
@@ -133,7 +135,7 @@ class Model:
         """
         table = load_toml(path)
         check_format(table, FORMAT, path, required=True)
-        f = check(table, _File, path)
+        f = check(table, ModelTable, path)
         try:
             graph = f.graph()
         except InputError as e:

@@ -13,6 +13,7 @@ features, but only a small part of the states of a bank of plays.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -78,21 +79,36 @@ def coverage(graph: Graph, data: Dataset) -> float | None:
     limiters = [n for n in _limiters(graph) if f"{n.name}.u[1]" not in beside]  # not the limits of covariates
     if not limiters:
         return None
-    node = limiters[-1]
-    u, h, rows = data.u, data.h, data.train
-    lo, hi = float(u[rows].min()), float(u[rows].max())
-    middle, half = (lo + hi) / 2, (hi - lo) / 2
-    speed = float(np.clip(np.sqrt(np.mean(np.diff(u[rows]) ** 2)) / half, *STEPS))
-    way_in = ramps([(float(u[0]) - middle) / half, 0.0], speed)[:-1]
-    reference = middle + half * np.concatenate([way_in, training(REVERSALS, SEED, speed)])
-    if data.covariates:
-        reference = np.column_stack([reference, _drawn(data, len(reference))])
+    node, h, rows = limiters[-1], data.h, data.train
+
+    def features(inputs: Array) -> Array:
+        return _inputs(graph, node, inputs, h)
+
+    seen = data.along(features, inputs=rows_of(graph, data))[rows]
     width = node.value("hi") - node.value("lo")
-    width[width == 0] = 1.0
-    width *= np.sqrt(len(width))
-    seen = data.along(lambda v: _inputs(graph, node, v, h), inputs=rows_of(graph, data))[rows] / width
-    asked = _inputs(graph, node, reference, h)[len(way_in) :] / width
-    return 100 * float(np.mean(near(seen, asked, NEAR, MOST_ROWS)))
+    return covered(features, seen, width, float(data.u[0]), data.u[rows], data.covariates.values[rows])
+
+
+def covered(
+    features: Callable[[Array], Array], seen: Array, width: Array, first: float, u: Array, beside: Array
+) -> float:
+    """Compute the coverage (%) of a space of m features by their values `seen` (rows, m) in the training rows.
+
+    The function `features` returns the features (n, m) for an array of inputs. `width` (m,) contains the ranges of the
+    features. The record begins with the input `first`, and its training rows have the inputs u (rows,) and the
+    covariates `beside` (rows, k).
+    """
+    lo, hi = float(u.min()), float(u.max())
+    middle, half = (lo + hi) / 2, (hi - lo) / 2
+    speed = float(np.clip(np.sqrt(np.mean(np.diff(u) ** 2)) / half, *STEPS))
+    way_in = ramps([(first - middle) / half, 0.0], speed)[:-1]
+    reference = middle + half * np.concatenate([way_in, training(REVERSALS, SEED, speed)])
+    if beside.shape[1]:  # covariates are uniformly distributed over their ranges in the training rows
+        ends = beside.min(axis=0), beside.max(axis=0), (len(reference), beside.shape[1])
+        reference = np.column_stack([reference, np.random.default_rng(SEED).uniform(*ends)])
+    width = np.where(width == 0, 1.0, width) * np.sqrt(len(width))
+    asked = features(reference)[len(way_in) :]
+    return 100 * float(np.mean(near(seen / width, asked / width, NEAR, MOST_ROWS)))
 
 
 def near(seen: Array, asked: Array, distance: float, most: int) -> NDArray[np.bool_]:
@@ -104,12 +120,6 @@ def near(seen: Array, asked: Array, distance: float, most: int) -> NDArray[np.bo
 
     seen, asked = (v[:: -(-len(v) // most)] for v in (seen, asked))
     return np.isfinite(cKDTree(seen).query(asked, distance_upper_bound=distance)[0])
-
-
-def _drawn(data: Dataset, n: int) -> Array:
-    """Return n rows of random covariates, uniformly distributed over their ranges in the training rows."""
-    seen = data.covariates.values[data.train]
-    return np.random.default_rng(SEED).uniform(seen.min(axis=0), seen.max(axis=0), (n, seen.shape[1]))
 
 
 def _limiters(graph: Graph) -> list[Node]:

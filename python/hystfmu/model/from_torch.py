@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from hystfmu.graph import Graph, Input, Node, Output, Value
 if TYPE_CHECKING:
     from torch import nn
 
-__all__ = ["torch_blocks", "torch_graph"]
+__all__ = ["torch_graph"]
 
 SUPPORTED = ("Linear", "Sigmoid", "Tanh", "ReLU", "Identity", "Sequential")
 _ACTIVATIONS = {"Sigmoid": "sigmoid", "Tanh": "tanh", "ReLU": "relu"}
@@ -47,33 +48,6 @@ def torch_graph(module: nn.Module) -> Graph:
     InputError
         A layer is not supported, sizes do not match, a weight is not finite, or there is no Linear layer.
     """
-    nodes, wires = torch_blocks(module)
-    inputs = [Input("u", (f"{nodes[0].name}.u",), text="inputs of the network")]
-    return Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y", text="outputs of the network")])
-
-
-def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list[tuple[str, str]]]:
-    """Convert a network to nodes and wires that can be added to a larger graph.
-
-    Parameters
-    ----------
-    module : torch.nn.Module
-        Network as in `from_torch`.
-    name : str
-        Prefix of the node names ``<name>1``, ``<name>2``, ...
-
-    Returns
-    -------
-    nodes : list of Node
-        Blocks. The input of the network is `u` of the first block; the output is `y` of the last block.
-    wires : list of (str, str)
-        Wires between the blocks.
-
-    Raises
-    ------
-    InputError
-        The network cannot be converted, for the same reasons as in `from_torch`.
-    """
     layers = _layers(module)
     widths = [layer for layer in layers if isinstance(layer, _Affine)]
     if not widths:
@@ -98,8 +72,10 @@ def torch_blocks(module: nn.Module, name: str = "net") -> tuple[list[Node], list
             "activation": activation,
         }
         dims = {"n_in": first.W.shape[1], "n_hidden": len(first.b), "n_out": width}
-        nodes.append(Node(f"{name}{len(nodes) + 1}", "mlp", dims, values))
-    return nodes, [(f"{name}{i}.y", f"{name}{i + 1}.u") for i in range(1, len(nodes))]
+        nodes.append(Node(f"net{len(nodes) + 1}", "mlp", dims, values))
+    inputs = [Input("u", (f"{nodes[0].name}.u",), text="inputs of the network")]
+    output = Output("y", f"{nodes[-1].name}.y", text="outputs of the network")
+    return Graph(nodes, [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)], inputs, [output])
 
 
 def _layers(module: nn.Module) -> list[_Affine | str]:

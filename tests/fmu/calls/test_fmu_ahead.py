@@ -11,9 +11,9 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi2 import FMU2Slave
 from fmpy.simulation import Input as Source
 from fmu_master import ERROR, OK, Array, H, Make, Master, mixed, only_fmi2, single
+from fmu_slave import Slave
 
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
@@ -44,27 +44,15 @@ def test_fmpy_with_derivatives_meets_the_closed_form_of_a_play(tmp_path: Path) -
     description = fmpy.read_model_description(str(path))
 
     def run(derivatives: bool) -> Array:
-        slave = FMU2Slave(
-            guid=description.guid,
-            modelIdentifier="play",
-            unzipDirectory=fmpy.extract(str(path), str(tmp_path / "unpacked")),
-            instanceName="i",
-        )
-        slave.instantiate()
-        source = Source(slave, description, table, set_input_derivatives=derivatives)
+        slave = Slave(path, tmp_path / "unpacked")
+        source = Source(slave.fmu, description, table, set_input_derivatives=derivatives)
         # fmpy 0.3.32 has room for nine derivatives whatever the number of inputs, and stops at any other
         source.continuous = [c._replace(derivatives=(C.c_double * len(c.vrs))()) for c in source.continuous]
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        source.apply(0.0)
-        slave.exitInitializationMode()
-        y = [slave.getReal([1])[0]]
+        y = [slave.start({"u": 0.0})[0]]
         for k in range(len(t) - 1):
             source.apply(t[k], after_event=True)
-            slave.doStep(t[k], H)
-            y.append(slave.getReal([1])[0])
-        slave.terminate()
-        slave.freeInstance()
+            y.append(slave.step(t[k], H)[0])
+        slave.free()
         return np.array(y)
 
     assert np.abs(run(True) - exact).max() < 1e-13

@@ -6,7 +6,6 @@ SSP archive and as one FMU.  A cell is the largest difference from `predict`, or
 share of the span; "bits" is no difference.  A cell above its bound ends the command with 1.
 """
 
-import json
 import os
 import subprocess
 import sys
@@ -25,7 +24,19 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "oracles"))
 import fmpy
 import numpy as np
 from fmu_master import Array
-from runners import READERS, absent, error, exchange_by_fmpy, reference, run_by_fmpy, run_by_libcosim, run_in_container
+from fmu_slave import Slave
+from runners import (
+    READERS,
+    Failure,
+    absent,
+    error,
+    exchange_by_fmpy,
+    in_ecos,
+    reference,
+    run_by_fmpy,
+    run_by_libcosim,
+    run_in_container,
+)
 from test_keys import H, fitted_model
 
 from hystfmu import Model
@@ -49,10 +60,6 @@ REFUSED = "refused"  # in one line: the units are an algebraic loop inside one g
 N = 200
 
 
-class Failure(Exception):
-    """What an importer said instead of a result."""
-
-
 def from_start(graph: Graph, u0: Array) -> Graph:
     """The graph whose inputs start at u0: libcosim and ecos set inputs only after the initialisation."""
     inputs = [replace(i, start=float(x)) for i, x in zip(graph.inputs, u0, strict=True)]
@@ -74,83 +81,33 @@ def uneven(n: int, whole: bool) -> list[float]:
 
 def run_uneven(fmu: Path, folder: Path, graph: Graph, u: Array) -> tuple[Array, Array]:
     """Outputs of the FMU in fmpy and of the Python unit for uneven steps; a zero step before each must do nothing."""
-    from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-
-    description = fmpy.read_model_description(str(fmu), validate=False)
-    slave = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=fmpy.extract(str(fmu), str(folder)),
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="i",
-    )
-    silent = fmi2CallbackFunctions()  # the refused steps would be printed
-    silent.logger = fmi2CallbackLoggerTYPE(lambda *_: None)
-    silent.allocateMemory, silent.freeMemory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
-    slave.instantiate(callbacks=silent)
-    slave.setupExperiment(startTime=0.0)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
+    slave = Slave(fmu, folder, silent=True)  # the refused steps would be printed
+    slave.start()
     unit = Unit(graph)
     unit.initialize(0.0)
     (u_name,) = (p.name for p in graph.ports if p.kind == "input")
     (y_name,) = (p.name for p in graph.ports if p.kind == "output")
-    references = {v.name: v.valueReference for v in description.modelVariables}
     t, rows = 0.0, []
     whole = sample_time(graph) is not None
     for value, h in zip(u[:, 0], uneven(len(u), whole), strict=True):
-        slave.setReal([references[u_name]], [float(value)])
+        slave.write([value])
         unit.set(u_name, float(value))
         try:
-            slave.doStep(t, 0.0)
+            slave.fmu.doStep(t, 0.0)
             raise Failure("took a step of 0")
         except Failure:
             raise
         except Exception:  # the FMU refuses it, and stays as it was
             pass
-        slave.doStep(t, h)
+        slave.fmu.doStep(t, h)
         if h > RESIDUE:  # a rest that is rounding is complete before it begins
             for k in range(round(h / H) if whole else 1):
                 unit.do_step(t + k * H, H if whole else h)
             t += h
-        rows.append((slave.getReal([references[y_name]])[0], unit.get(y_name)))
-    slave.terminate()
-    slave.freeInstance()
+        rows.append((slave.read()[0], unit.get(y_name)))
+    slave.free()
     got = np.array(rows)
     return got[:, :1], got[:, 1:]
-
-
-_ECOS = """
-import ctypes, json, sys
-from pathlib import Path
-tbb = Path(sys.prefix, "lib", "libtbb.so.12")
-if tbb.exists():
-    ctypes.CDLL(str(tbb), mode=ctypes.RTLD_GLOBAL)
-from ecospy import EcosSimulation, EcosSimulationStructure
-fmu, inputs, outputs, h, rows = json.loads(sys.stdin.read())
-structure = EcosSimulationStructure()
-structure.add_model("m", fmu)
-with EcosSimulation(structure=structure, step_size=h) as simulation:
-    simulation.init()
-    got = []
-    for row in rows:
-        for name, value in zip(inputs, row):
-            simulation.set_real("m::" + name, value)
-        simulation.step()
-        got.append([simulation.get_real("m::" + name) for name in outputs] or [simulation.get_time()])
-Path(sys.argv[1]).write_text(json.dumps(got))
-"""
-
-
-def by_ecos(fmu: Path, inputs: list[str], outputs: list[str], h: float, u: Array) -> Array:
-    """Rows of outputs after each step, or of its clock; in a process of its own, because some FMUs crash ecos."""
-    out = Path(f"{fmu}.json")
-    task = json.dumps([str(fmu), inputs, outputs, h, u.tolist()])
-    done = subprocess.run(
-        [sys.executable, "-c", _ECOS, str(out)], input=task, capture_output=True, text=True, timeout=120
-    )
-    if done.returncode or not out.exists():
-        raise Failure("crashes" if done.returncode < 0 else done.stderr.strip().splitlines()[-1][:80])
-    return np.array(json.loads(out.read_text()))
 
 
 def problems(fmu: Path) -> float:
@@ -200,7 +157,7 @@ def kind_row(key: str, model: Model, folder: Path) -> dict[str, float | str]:
         runs[f"fmpy CS {fmi}"] = lambda f=fmu, d=folder / f"cs{fmi}": gap(run_by_fmpy(f, d, u, H), want)
         if fmi == 2:  # it loads no FMI 3.0, of the Reference FMUs neither
             runs["libcosim CS 2"] = lambda f=fmu: gap(run_by_libcosim(graph, f, u[1:]), want[1:])
-        runs[f"ecos CS {fmi}"] = lambda f=fmu: gap(by_ecos(f, [u_name], [y_name], H, u[1:]), want[1:])
+        runs[f"ecos CS {fmi}"] = lambda f=fmu: gap(in_ecos(f, [u_name], [y_name], H, u[1:]), want[1:])
         runs[f"container {fmi}"] = lambda f=fmu, d=folder / f"box{fmi}": gap(run_in_container(f, d, u, H), want)
         runs[f"fmutool {fmi}"] = lambda f=fmu: problems(f)
         runs[f"fmpy ME {fmi}"] = lambda f=fmu: exchange(f, graph, u, want)
@@ -302,8 +259,8 @@ def limits(folder: Path, work: Path) -> list[str]:
         copy = work / f"{place}.fmu"
         copy.write_bytes(fmu.read_bytes())
         try:
-            x = by_ecos(copy, [], ["x"], 1e-3, np.zeros((1000, 0)))[-1, 0]
-            clock = by_ecos(copy, [], [], 1e-4, np.zeros((1000, 0)))[:, 0]
+            x = in_ecos(copy, [], ["x"], 1e-3, np.zeros((1000, 0)))[-1, 0]
+            clock = in_ecos(copy, [], [], 1e-4, np.zeros((1000, 0)))[:, 0]
             off = np.abs(clock - np.arange(1, 1001) * 1e-4).max()
             told.append(f"ecos computes x = {x:.9g}, and its time has an error of {off:.0e} s after 0.1 s")
         except Failure as e:
@@ -321,7 +278,7 @@ def limits(folder: Path, work: Path) -> list[str]:
             f"single component. The time of fmpy is also a sum of steps and has an error of {off:.0e} s after 0.1 s."
         )
         try:
-            by_ecos(work / fmu.name, [], ["Float64_continuous_output"], 1e-3, np.zeros((1, 0)))
+            in_ecos(work / fmu.name, [], ["Float64_continuous_output"], 1e-3, np.zeros((1, 0)))
         except Failure as e:
             found.append(f"Feedthrough, FMI 2.0: ecos {e}.")
     return found

@@ -125,20 +125,26 @@ def by_fmpy(archive: Path, names: list[str], h: float, n: int) -> Array:
     return np.column_stack([result[name] for name in names])
 
 
-def by_libcosim(archive: Path, names: list[str], h: float, n: int) -> Array:
-    """Return the rows 1 to n of libcosim, which takes the step from its own annotation in the archive."""
+def by_libcosim(file: Path, names: list[str], h: float, n: int) -> Array:
+    """Return the rows 1 to n of libcosim, which takes the step of an archive from its own annotation in it."""
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
 
-    folder = archive.with_suffix(".unpacked")
-    zipfile.ZipFile(archive).extractall(folder)
-    execution = CosimExecution.from_ssp_file(str(folder / "SystemStructure.ssd"))
+    if file.suffix == ".fmu":
+        execution = CosimExecution.from_step_size(round(h * 1e9))
+        execution.add_local_slave(CosimLocalSlave(fmu_path=str(file), instance_name="m"))
+        names = [f"m.{name}" for name in names]
+    else:
+        folder = file.with_suffix(".unpacked")
+        zipfile.ZipFile(file).extractall(folder)
+        execution = CosimExecution.from_ssp_file(str(folder / "SystemStructure.ssd"))
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
     units = {s.name.decode(): s.index for s in execution.slave_infos()}
     places = []
     for name in names:
-        unit, variable = name.split(".")
+        unit, variable = name.split(".", 1)
         references = {v.name.decode(): v.reference for v in execution.slave_variables(units[unit])}
         places.append((units[unit], [references[variable]]))
     rows = []
@@ -148,38 +154,55 @@ def by_libcosim(archive: Path, names: list[str], h: float, n: int) -> Array:
     return np.array(rows)
 
 
+class Failure(Exception):
+    """What an importer said instead of a result."""
+
+
 _ECOS = """
 import ctypes, json, sys
 from pathlib import Path
 tbb = Path(sys.prefix, "lib", "libtbb.so.12")  # where the package `tbb` puts it, which no loader searches
 if tbb.exists():
     ctypes.CDLL(str(tbb), mode=ctypes.RTLD_GLOBAL)
-from ecospy import EcosSimulation
-archive, names, h, n = json.loads(sys.argv[1])
-with EcosSimulation(ssp_path=archive, step_size=h) as simulation:
+from ecospy import EcosSimulation, EcosSimulationStructure
+file, inputs, outputs, h, rows = json.loads(sys.stdin.read())
+given = {"ssp_path": file}
+if file.endswith(".fmu"):
+    given = {"structure": EcosSimulationStructure()}
+    given["structure"].add_model("m", file)
+with EcosSimulation(step_size=h, **given) as simulation:
     simulation.init()
-    rows = []
-    for _ in range(n):
+    got = []
+    for row in rows:
+        for name, value in zip(inputs, row):
+            simulation.set_real("m::" + name, value)
         simulation.step()
-        rows.append([simulation.get_real(name.replace(".", "::")) for name in names])
-Path(archive + ".json").write_text(json.dumps(rows))
+        got.append([simulation.get_real(name) for name in outputs] or [simulation.get_time()])
+Path(sys.argv[1]).write_text(json.dumps(got))
 """
 
 
-def by_ecos(archive: Path, names: list[str], h: float, n: int) -> Array:
-    """Return the rows 1 to n of ecos; in a process of its own, because some FMUs crash it.
+def in_ecos(file: Path, inputs: list[str], outputs: list[str], h: float, u: Array) -> Array:
+    """Rows of outputs after each step, or of its clock; in a process of its own, because some FMUs crash ecos.
 
     Raises
     ------
-    RuntimeError
+    Failure
         It ended without rows.
     """
-    words = [sys.executable, "-c", _ECOS, json.dumps([str(archive), names, h, n])]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
-    rows = Path(f"{archive}.json")
-    if done.returncode or not rows.exists():
-        raise RuntimeError(f"ecos ended with status {done.returncode}: {done.stderr.strip()[-300:]}")
-    return np.array(json.loads(rows.read_text()))
+    out = Path(f"{file}.json")
+    ends = [f"m::{n}" if file.suffix == ".fmu" else n.replace(".", "::") for n in outputs]
+    task = json.dumps([str(file), inputs, ends, h, u.tolist()])
+    words = [sys.executable, "-c", _ECOS, str(out)]
+    done = subprocess.run(words, input=task, capture_output=True, text=True, timeout=120)
+    if done.returncode or not out.exists():
+        raise Failure("crashes" if done.returncode < 0 else done.stderr.strip().splitlines()[-1][:80])
+    return np.array(json.loads(out.read_text()))
+
+
+def by_ecos(file: Path, names: list[str], h: float, n: int) -> Array:
+    """Return the rows 1 to n of ecos."""
+    return in_ecos(file, [], names, h, np.zeros((n, 0)))
 
 
 READERS: dict[str, Reader] = {"fmpy": by_fmpy, "libcosim": by_libcosim, "ecos": by_ecos}

@@ -20,8 +20,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmu_master import ERROR, Array
 from fmu_slave import Slave
-from matrix import by_ecos
-from runners import absent
+from runners import Reader, absent, by_ecos, by_libcosim
 from test_keys import fitted_model, plant, ramps
 
 from hystfmu import Dataset, Model, fit
@@ -58,33 +57,16 @@ def by_fmpy(fmu: Path, outputs: list[str], **more: Any) -> tuple[Array, Array]:
     return table["time"], np.column_stack([table[n] for n in outputs])
 
 
-def by_libcosim(fmu: Path, outputs: list[str]) -> tuple[Array, Array]:
-    from libcosimpy.CosimExecution import CosimExecution
-    from libcosimpy.CosimObserver import CosimObserver
-    from libcosimpy.CosimSlave import CosimLocalSlave
-
+def at_steps(reader: Reader, fmu: Path, outputs: list[str]) -> tuple[Array, Array]:
     h, n = defaults(fmu)
-    execution, observer = CosimExecution.from_step_size(round(h * 1e9)), CosimObserver.create_last_value()
-    slave = execution.add_local_slave(CosimLocalSlave(fmu_path=str(fmu), instance_name="i"))
-    execution.add_observer(observer)
-    known = {v.name.decode(): v.reference for v in execution.slave_variables(slave)}
-    rows = []
-    for _ in range(n):
-        assert execution.step()
-        rows.append(list(observer.last_real_values(slave, [known[name] for name in outputs])))
-    return h * np.arange(1, n + 1), np.array(rows)
-
-
-def by_ecos_defaults(fmu: Path, outputs: list[str]) -> tuple[Array, Array]:
-    h, n = defaults(fmu)
-    return h * np.arange(1, n + 1), by_ecos(fmu, [], outputs, h, np.zeros((n, 0)))
+    return h * np.arange(1, n + 1), reader(fmu, outputs, h, n)
 
 
 MASTERS: dict[str, Callable[[Path, list[str]], tuple[Array, Array]]] = {
     "fmpy": by_fmpy,
     "fmpy simulate": by_command,
-    "libcosim": by_libcosim,
-    "ecos": by_ecos_defaults,
+    "libcosim": partial(at_steps, by_libcosim),
+    "ecos": partial(at_steps, by_ecos),
 }
 
 

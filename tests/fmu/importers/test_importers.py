@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import tomli_w
 from fmpy import simulate_fmu
-from fmu_events import Events, Solver, adaptive, euler
 from fmu_master import Array, loop, rows, single
 from reference_fmus import reference_fmu
 from runners import (
@@ -17,13 +16,12 @@ from runners import (
     absent,
     clock,
     error,
-    exchange_by_fmpy,
     run_by_fmpy,
     run_by_libcosim,
     run_by_unit,
     run_in_container,
 )
-from test_keys import LEARNED, REFUSED, H, fitted_model, ramps, signal_for
+from test_keys import LEARNED, REFUSED, H, fitted_model, signal_for
 
 import hystfmu as hy
 from hystfmu import Model
@@ -55,7 +53,6 @@ SLICE = [
 ]
 CASES = [(key, way, fmi) for key in METHODS for way in ("", *WAYS) for fmi in (2, 3)]
 LONG = [pytest.param(*c, marks=pytest.mark.stress) for c in CASES if c not in SLICE]
-FREE = 2e-2  # of the range: a solver against Newmark's method with steps of a period / 50
 
 
 def model_of(key: str, way: str, fitted: dict[str, Model]) -> Model:
@@ -93,39 +90,10 @@ def co_simulation(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
         assert got.tobytes() == run_by_unit(model.graph, u, times=clock(len(u))).tobytes()
 
 
-def model_exchange(model: Model, fmu: Path, fmi: int, folder: Path) -> None:
-    """Require the bits of Co-Simulation without continuous states, else the order of Euler and the adaptive result."""
-    graph, u = model.graph, signal(model, 100)
-    want = graph.executor().run(u, graph.n_outputs, H)
-    moves = np.ptp(want)
-    unit = Events(graph, folder / "me", fmi, interface="me")
-
-    def run(solver: Solver, u: Array) -> Array:
-        assert unit.call("Reset") == 0
-        return unit.integrate(u, H, solver, "ramp" if ramps(graph) else "end")
-
-    if not graph.continuous_states:
-        for got in (run(euler(1), u), exchange_by_fmpy(fmu, graph, u, "Euler", H)):
-            assert got.tobytes() == want.tobytes()
-        unit.free()
-        return
-    assert np.abs(run(adaptive, u) - want).max() <= (FREE if ramps(graph) else 1e-9) * moves
-    exact = run(adaptive, u[:10])
-    coarse, fine = (np.abs(run(euler(n), u[:10]) - exact).max() for n in (256, 512))
-    assert np.log2(coarse / fine) == pytest.approx(1, abs=0.2), (coarse, fine)
-    unit.free()
-    held = np.full_like(u, u.max())  # fmpy changes inputs only between the steps of CVode
-    got = exchange_by_fmpy(fmu, graph, held, "CVode", H)
-    want = graph.executor().run(held, graph.n_outputs, H)
-    settles = np.ptp(want) if np.ptp(want) > 1e-9 * moves else moves  # a model in equilibrium moves by rounding
-    assert np.abs(got - want).max() <= (FREE if ramps(graph) else 1e-5) * settles
-
-
 def every_importer(model: Model, fmi: int, folder: Path) -> None:
     fmu = export_fmu(model, folder / "m.fmu", fmi, "m", source=True)  # type: ignore[arg-type]
     valid(fmu, fmi)
     co_simulation(model, fmu, fmi, folder)
-    model_exchange(model, fmu, fmi, folder)
 
 
 @pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])

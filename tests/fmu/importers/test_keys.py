@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import plants
 import pytest
 from cheap_choice import among_cheap
 from click.testing import CliRunner
 from fmpy.validation import validate_fmu
 from fmu_events import Events, adaptive
 from runners import run_by_fmpy, run_by_unit
-from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 
 from hystfmu import Dataset, InputError, Model
@@ -78,24 +78,8 @@ TAUGHT = ("prandtl_ishlinskii", "bouc_wen", "rate_mlp")
 
 
 def plant(u: Array) -> Array:
-    """Return a linear term plus six plays, from their definition."""
-    r, z, out = np.array([0.07, 0.15, 0.22, 0.31, 0.42, 0.58]), np.zeros(6), np.empty(len(u))
-    for k, v in enumerate(u):
-        z = np.maximum(v - r, np.minimum(v + r, z))
-        out[k] = 2 * v + z.sum()
-    return out
-
-
-def oscillator(u: Array) -> Array:
-    """Integrate the Bouc-Wen oscillator by scipy, with the force linear between rows."""
-    t = H * np.arange(len(u))
-
-    def rate(at: float, x: Array) -> list[float]:
-        q, v, z = x
-        a = (np.interp(at, t, u) - 15 * v - 3e4 * q - z) / 2
-        return [v, a, 4e4 * v - 900 * abs(v) * z + 400 * v * abs(z)]
-
-    return np.asarray(solve_ivp(rate, (0, t[-1]), [0.0, 0.0, 0.0], t_eval=t, rtol=1e-7, atol=1e-9, max_step=2 * H).y[0])
+    """Return a linear term plus six plays."""
+    return 2 * u + plants.plays(u, np.array([0.07, 0.15, 0.22, 0.31, 0.42, 0.58])).sum(axis=1)
 
 
 def every_option(key: str) -> dict[str, Any]:
@@ -120,7 +104,7 @@ def data_for(key: str) -> Dataset:
     spectrum[5:60] = np.exp(2j * np.pi * np.random.default_rng(2).uniform(size=55))
     u = np.fft.irfft(spectrum, 1000)
     u *= 60 / u.std()
-    return Dataset.from_signal(u, oscillator(u), H, "oscillator")
+    return Dataset.from_signal(u, plants.bouc_wen_oscillator(u, H), H, "oscillator")
 
 
 def fitted_model(key: str, fitted: dict[str, Model]) -> Model:

@@ -8,8 +8,8 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import auto, race
-from hystfmu.identify.catalogue import ANY, LAGS, OPENS, Candidate
-from hystfmu.identify.excitation.minor_loops import NONE, RETURN_POINT, UNKNOWN, Excitation
+from hystfmu.identify.catalogue import ANY, Candidate
+from hystfmu.identify.excitation.minor_loops import NONE, UNKNOWN, Excitation
 from hystfmu.model import Model
 
 N = 4000
@@ -147,28 +147,6 @@ def test_no_kind_is_left_out_for_its_price(chosen):
     assert choice.provenance["auto_left_out"] == {}
     assert choice.provenance["auto_rows"] == auto.LEAST_ROWS
     assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance
-
-
-def test_what_was_not_tried_comes_first(chosen):
-    table = {
-        "a": flat(1.0, 1.0), "b": flat(2.0, 9.0, quick={"starts": 1}), "d": flat(0.1, 1.0, memory=OPENS)
-    }  # fmt: skip
-    choice, _, _ = chosen(table, seen=Excitation(60, 150.0, 20, 0.025, True, RETURN_POINT, (), ()))
-    assert list(choice.provenance["auto_left_out"]) == ["d", "b"]
-    assert choice.provenance["auto_not_tried"] == ["d"]
-
-
-def test_a_rate_must_be_seen_or_static_kinds_stay(chosen):
-    near = {"static": flat(1.0, 1.0), "lags": flat(2.0, 0.9, memory=LAGS)}
-    choice, _, _ = chosen(near)
-    assert (choice.fit["rate"], choice.provenance["auto_choice"]) == ("not seen", "static")
-    far = {"static": flat(1.0, 2.0), "lags": flat(2.0, 0.9, memory=LAGS)}
-    choice, _, _ = chosen(far)
-    assert (choice.fit["rate"], choice.provenance["auto_choice"]) == ("seen", "lags")
-    lost = {"static": flat(1.0, 0.19), "lags": flat(2.0, 0.09, memory=LAGS)}
-    assert chosen(lost)[0].provenance["auto_choice"] == "lags"
-    only = {"lags": flat(2.0, 0.9, memory=LAGS)}
-    assert chosen(only)[0].provenance["auto_choice"] == "lags"
 
 
 @pytest.mark.parametrize(("errors", "refused"), [((5.1,) * 3, True), ((4.9,) * 3, False), ((4.0, 9.0, 9.0), False)])

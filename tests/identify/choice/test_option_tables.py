@@ -1,13 +1,15 @@
 """What the options of every kind promise: a model file names only what was given, so a default must not move unseen."""
 
+from importlib import import_module
+from pkgutil import iter_modules
+
 import numpy as np
 import pytest
 
 from hystfmu import InputError
-from hystfmu.identify import catalogue
+from hystfmu.identify import catalogue, methods
 from hystfmu.identify.catalogue import ANY, CLOSES, LAGS, LATE, OPENS, Candidate, Option
 from hystfmu.identify.features.plays import u0_option
-from hystfmu.identify.methods import MODULES
 from hystfmu.identify.network.readout import network_options
 
 U0 = {"u0": (None, -1e300, 1e300)}
@@ -49,7 +51,7 @@ NUMBERS = {  # default, least and largest value
     "play_bank_mlp": {"N": (32, 1, 10_000), **U0, **network(6, 2, 150)},
     "polynomial_narx": {
         "n_u": (9, 1, 1000), "n_f": (9, 0, 1000), "n_y": (0, 0, 1000), "n_k": (1, 0, 1), "q": (2, 1, 10),
-        "dead_zone": (None, 1e-300, 1e300), "ridge": (1e-3, 1e-12, 1e6), "range": (None, 1e-6, 1e6),
+        "ridge": (1e-3, 1e-12, 1e6), "range": (None, 1e-6, 1e6),
         "margin": (0.05, 0.0, 1e300), **U0,
     },
     "prandtl_ishlinskii": {"N": (40, 1, 100_000), "w0_min": (0.0, 0.0, 1e300), **U0},
@@ -68,7 +70,6 @@ WORDS = {  # the default comes first; None: chosen from the data
     "g0_bouc_wen": {"hold": ("foh", "foh", "zoh")},
     "g0_jiles_atherton": {"strain": (None, "no", "yes"), "hold": ("foh", "foh", "zoh")},
     "constraint_factor_mlp": {"branch": ("increasing", "increasing", "literal")},
-    "polynomial_narx": {"training": ("batch", "batch", "recursive", "dead_zone")},
     "preisach": {"rate": (None, "yes", "no"), "start": ("demagnetised", "demagnetised", "low", "high")},
     "rate_mlp": {"memory": ("plays", "plays", "none")},
     "zhao_tan_mlp": {"memory": ("dominant", "dominant", "last")},
@@ -180,5 +181,11 @@ COVARIATES = {
 
 
 def test_who_takes_several_records_and_covariates():
-    assert {k for k in MODULES if catalogue.method(k).records} == RECORDS
-    assert {k for k in MODULES if catalogue.method(k).covariates} == COVARIATES
+    rows = {
+        k: row
+        for m in iter_modules(methods.__path__)
+        for k, row in import_module(f"{methods.__name__}.{m.name}").KINDS.items()
+    }
+    assert (*sorted(rows), "auto") == catalogue.METHODS
+    assert {k for k in rows if catalogue.method(k).records} == RECORDS
+    assert {k for k in rows if catalogue.method(k).covariates} == COVARIATES

@@ -175,23 +175,19 @@ def test_a_race_begins_with_the_noise_and_an_input_of_other_memory(monkeypatch):
 
 def test_what_a_kind_of_local_parameters_has_not_seen(monkeypatch):
     asked = []
-    monkeypatch.setattr(other_memory, "coverage", lambda graph, data: (asked.append(graph), 40.0)[1])
+    monkeypatch.setattr(other_memory, "covered", lambda *given: (asked.append(given), 40.0)[1])
     data = DATA.with_train((50, 300))
     assert other_memory.unseen(data) == pytest.approx(0.6)
-    bank, states = (asked[0].node(n) for n in ("bank", "states"))
-    half = np.ptp(U[50:300]) / 2
-    r = half * np.array([1, 2]) / 3
-    assert bank.value("r") == pytest.approx(r)
-    assert bank.value("z0").tolist() == [U[0], U[0]]
+    states, found, width, first, u, beside = asked[0]
+    r = np.ptp(U[50:300]) / 2 * np.array([1, 2]) / 3
     z, seen = np.full(2, U[0]), []
     for x in U:
         z = np.clip(z, x - r, x + r)
         seen.append([x, *z])
-    rows = np.array(seen)[50:300]
-    assert states.value("lo") == pytest.approx(rows.min(axis=0))
-    assert states.value("hi") == pytest.approx(rows.max(axis=0))
-    monkeypatch.setattr(other_memory, "coverage", lambda graph, data: None)
-    assert other_memory.unseen(data) == 0.0
+    assert found == pytest.approx(np.array(seen)[50:300])
+    assert states(U) == pytest.approx(np.array(seen))
+    assert width == pytest.approx(np.ptp(found, axis=0))
+    assert (first, u.tolist(), beside.shape) == (U[0], U[50:300].tolist(), (250, 0))
     assert other_memory.unseen(Dataset(DATA.t, DATA.u, DATA.y, covariates={"T": U})) == 0.0
 
 

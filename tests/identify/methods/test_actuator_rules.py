@@ -1,7 +1,6 @@
 """Structured actuator: which part is kept at which gain, in which order the parts are tried."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -108,17 +107,6 @@ def test_lags_a_decade_apart_up_to_a_third_of_the_record(option, error, kept, g)
         assert f.asked[1][1].tolist() == list(range(0, 90, 3))
         assert f.asked[2][0].g is G
     assert len(f.asked) == (1 if g is None else 3)
-
-
-@pytest.mark.parametrize(("rows", "first", "lags"), [(30, 0.02, 1), (300, 0.01, 2), (3 * 10**7, 0.1, 6)])
-def test_one_to_six_lags(rows, first, lags):
-    f = Fitting(lambda p: 1.0)
-    f.data = SimpleNamespace(h=H, train=slice(0, rows))
-    actuator._creeping(f, trial(1.0))
-    T = f.asked[0][0].T
-    assert len(T) == lags
-    assert T[0] == pytest.approx(first)
-    assert pytest.approx([first * 10**k for k in range(lags)]) == T
 
 
 @pytest.mark.parametrize(

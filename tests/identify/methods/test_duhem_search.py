@@ -1,17 +1,14 @@
-"""Duhem fit: scaling, starts from the increments, refinement of the free run, limits of the searches."""
+"""Duhem fit: terms of the slope, pieces of a path, slopes from increments, the free run, what is needed."""
 
-from itertools import repeat
+import functools
 
 import numpy as np
 import pytest
-from searches import Spy
 
 from hystfmu import Dataset, InputError
-from hystfmu.identify.estimate import search
 from hystfmu.identify.methods import duhem
 
 OPTIONS = {"m": 0, "q": 2, "dead_band": 0.0}
-P = 5  # terms of a direction for m = 0, q = 2
 TRAIN = slice(20, 600)
 
 
@@ -31,56 +28,6 @@ def scaled(data):
     u = (2 * data.u - seen.max() - seen.min()) / np.ptp(seen)
     y = data.y[TRAIN]
     return u, (y - y.mean()) / (np.ptp(y) / 2)
-
-
-def test_starts_refinement_and_their_limits(monkeypatch, data):
-    spy, told = Spy(repeat(1.0)), []
-    monkeypatch.setattr(search, "least_squares", spy)
-    graph, parameters = duhem.build(data, OPTIONS, 0, told.append)
-    u, y = scaled(data)
-    slope = np.polyfit(u[TRAIN], y, 1)[0]
-    assert [c.x0.tolist() for c in spy.calls[:3]] == [pytest.approx([s * slope, 0.0]) for s in (0, 0.5, 1)]
-    assert [(c.words["x_scale"].tolist(), c.words["max_nfev"]) for c in spy.calls[:3]] == [([0.1, 0.1], 60)] * 3
-    assert [(c.words["x_scale"], c.words["max_nfev"]) for c in spy.calls[3:]] == [("jac", 30)] * 3
-    assert all(c.x0.tolist() == [0.0] * (3 + 2 * P) for c in spy.calls[3:])
-    assert told == pytest.approx([0, 0.1, 0.2, 0.3, 0.5, 0.7])
-    slopes = duhem._Slopes(u[TRAIN], y, np.ones(580, dtype=bool), 0, 2, 0.0)
-    assert spy.calls[0].fun(np.array([0.3, 0.1])) == pytest.approx(slopes.solve(0.3, 0.1)[2])
-    squares = [np.sum(c.fun(c.x0) ** 2) for c in spy.calls[3:]]
-    assert squares == sorted(squares)  # the best free run is refined first
-    assert graph.run(data.u, data.h).reshape(-1)[TRAIN] == pytest.approx(
-        data.y[TRAIN] + spy.calls[3].fun(spy.calls[3].x0) * np.sqrt(580) * np.ptp(data.y[TRAIN]) / 2
-    )
-    assert parameters == 3 + 2 * P
-    inner = graph.node("input").value("gain")[0] * data.u + graph.node("input").value("offset")[0]
-    assert inner == pytest.approx(u)
-    assert (graph.inputs[0].unit, graph.inputs[0].start, graph.outputs[0].unit) == ("V", data.u[0], "um")
-
-
-@pytest.mark.parametrize(("rms", "refined"), [(0.0499, 1), (0.0501, 3)])
-def test_an_error_below_five_percent_ends_the_refinement(monkeypatch, data, rms, refined):
-    spy = Spy(repeat(rms**2 / 2))
-    monkeypatch.setattr(search, "least_squares", spy)
-    duhem.build(data, OPTIONS, 0, lambda f: None)
-    assert len(spy.calls) == 3 + refined
-
-
-def test_the_best_refinement_is_taken(monkeypatch, data):
-    spy = Spy(iter([1.0, 1.0, 1.0, 3.0, 1.0, 2.0]), 1e-3)
-    monkeypatch.setattr(search, "least_squares", spy)
-    graph, _ = duhem.build(data, OPTIONS, 0, lambda f: None)
-    second = spy.calls[4]
-    left = second.fun(second.x0 + 1e-3) * np.sqrt(580) * np.ptp(data.y[TRAIN]) / 2
-    assert graph.run(data.u, data.h).reshape(-1)[TRAIN] == pytest.approx(data.y[TRAIN] + left)
-
-
-def test_pieces_are_five_dead_bands_long(monkeypatch, data):
-    asked = []
-    monkeypatch.setattr(search, "least_squares", Spy(repeat(1.0)))
-    segments = duhem.segments
-    monkeypatch.setattr(duhem, "segments", lambda u, least: (asked.append(least), segments(u, least))[1])
-    duhem.build(data, {**OPTIONS, "dead_band": 0.01}, 0, lambda f: None)
-    assert asked == [pytest.approx(5 * 0.01 / (np.ptp(data.u[:600]) / 2))]
 
 
 def test_rows_of_both_directions_are_needed(data):
@@ -148,3 +95,93 @@ def test_the_first_row_counts_only_if_it_is_measured(data):
     assert late.w_max == pytest.approx(3 * np.abs(y - 0.2 * u[TRAIN] - 0.1)[3:].max())
     assert late.cost == pytest.approx(np.sum(late.error(np.zeros(13)) ** 2))
     assert len(late.error(np.zeros(13))) == 577
+
+
+# ---- duhem ----------------------------------------------------------------------------------------------------------
+def test_the_terms_of_the_slope():
+    u, w = np.array([0.5, -2.0]), np.array([3.0, -0.5])
+    want = [
+        [v**i * term for i in range(3) for term in (1, x, x * x, abs(x), abs(x) * x)] for v, x in zip(u, w, strict=True)
+    ]
+    assert duhem.basis(u, w, 2, 2) == pytest.approx(np.array(want))
+
+
+def test_a_path_is_cut_at_reversals_and_after_a_length():
+    u = np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 1.0, 0.0, 4.0])
+    first, last = duhem.segments(u, 0.0)  # every step is a piece
+    assert first.tolist() == [0, 1, 2, 3, 4, 5, 6, 7]
+    assert last.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    first, last = duhem.segments(u, 2.0)
+    assert first.tolist() == [0, 2, 3, 5, 7]
+    assert last.tolist() == [2, 3, 5, 7, 8]
+    first, last = duhem.segments(u, 100.0)
+    assert first.tolist() == [0, 3, 7]
+    assert last.tolist() == [3, 7, 8]
+
+
+RISE, FALL = np.array([1.0, -0.8, 0.1, 0.3, -0.2]), np.array([0.7, 0.5, -0.2, 0.4, 0.1])
+
+
+@functools.cache
+def duhem_path(k, c, n=1500):
+    """A path whose increments are those of the equation at the middle of each step, by fixed-point iteration."""
+    u = np.sin(np.linspace(0, 30, n)) * np.linspace(1, 0.3, n)
+    w = np.zeros(n)
+    for i in range(1, n):
+        theta = RISE if u[i] > u[i - 1] else FALL
+        middle = w[i - 1]
+        for _ in range(8):
+            terms = duhem.basis(np.array([(u[i] + u[i - 1]) / 2]), np.array([middle]), 0, 2)[0]
+            step = (u[i] - u[i - 1]) * terms @ theta
+            middle = w[i - 1] + step / 2
+        w[i] = w[i - 1] + step
+    return u, c + k * u + w
+
+
+@pytest.mark.parametrize("least", [0.0, 0.05])
+def test_slopes_follow_from_the_increments(least):
+    u, y = duhem_path(0.4, -0.2)
+    kept = np.ones(len(u), dtype=bool)
+    slopes = duhem._Slopes(u, y, kept, 0, 2, least)
+    assert slopes.terms == 5
+    theta, factors, left = slopes.solve(0.4, -0.2)
+    assert theta[0] == pytest.approx(RISE, abs=1e-6)
+    assert theta[1] == pytest.approx(FALL, abs=1e-6)
+    assert np.abs(left).max() < 1e-9
+    assert np.abs(slopes.solve(0.5, -0.2)[2]).max() > 1e-7
+    assert [f.shape for f in factors] == [(5, 5), (5, 5)]
+    if least == 0:
+        terms = duhem.basis((u[:-1] + u[1:]) / 2, (y - 0.4 * u + 0.2)[:-1] / 2 + (y - 0.4 * u + 0.2)[1:] / 2, 0, 2)
+        rising = np.diff(u) > 0
+        orthonormal = (np.diff(u)[:, None] * terms)[rising] @ factors[0]
+        assert orthonormal.T @ orthonormal == pytest.approx(np.eye(5), abs=1e-8)
+
+
+def test_rows_that_do_not_count_take_no_part():
+    u, y = duhem_path(0.4, -0.2)
+    kept = np.ones(len(u), dtype=bool)
+    kept[100:200] = False
+    y = np.where(kept, y, 77.0)
+    slopes = duhem._Slopes(u, y, kept, 0, 2, 0.0)
+    used = np.sort(np.concatenate(slopes.parts))
+    assert not set(range(99, 200)) & set(used.tolist())
+    assert {98, 200} <= set(used.tolist())
+    assert np.abs(slopes.solve(0.4, -0.2)[2]).max() < 1e-9
+
+
+def test_the_free_run_starts_from_the_increments():
+    u, y = duhem_path(0.4, -0.2)
+    rows, kept = slice(0, 1500), np.ones(1500, dtype=bool)
+    slopes = duhem._Slopes(u, y, kept, 0, 2, 0.0)
+    start = duhem._Start(slopes, np.array([0.4, -0.2]), u, y, rows, kept)
+    assert start.w_max == pytest.approx(3 * np.abs(y - 0.4 * u + 0.2).max())
+    assert start.first == pytest.approx(0.0, abs=1e-12)
+    assert start.cost < 1e-8
+    x = np.zeros(13)
+    x[:3], x[3], x[8] = [0.1, 0.2, 0.3], 1.0, 2.0
+    theta, k, c, w0 = start.parts(x)
+    assert (k, c, w0) == pytest.approx((0.5, 0.0, 0.3))
+    assert theta[0] - start.theta[0] == pytest.approx(start.factors[0][:, 0])
+    assert theta[1] - start.theta[1] == pytest.approx(2 * start.factors[1][:, 0])
+    later = duhem._Start(slopes, np.array([0.4, 0.0]), u, y, rows, kept)
+    assert later.first == pytest.approx(-0.2)  # y - k u - c at the first row

@@ -145,13 +145,6 @@ def test_up_to_three_starts(monkeypatch, data, p, errors, starts, best):
     assert other.run(data.u, H).reshape(-1) == pytest.approx(want)
 
 
-def test_a_start_at_a_tenth_is_not_close_enough(monkeypatch, data, p):
-    asked = []
-    monkeypatch.setattr(kind, "trained", lambda *given: (asked.append(1), (p, 0.1))[1])
-    kind.build(data, OPTIONS, 0, lambda f: None)
-    assert len(asked) == 3
-
-
 def test_rows_and_stability_that_are_needed(monkeypatch, data):
     with pytest.raises(InputError, match=r"must be at least 66 for 3 lags. Got 60 instead"):
         kind.build(data, {**OPTIONS, "lags": 3}, 0, lambda f: None)

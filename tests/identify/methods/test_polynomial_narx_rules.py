@@ -1,15 +1,17 @@
-"""Polynomial NARX: choice of the range, recursive training, covariates, refusals; the graph runs the equation."""
+"""Polynomial NARX: choice of the range, covariates, refusals; the graph runs the equation."""
 
 import numpy as np
 import pytest
 
 from hystfmu import Dataset, InputError, fit
+from hystfmu.identify.methods import polynomial_narx
 from hystfmu.identify.methods import polynomial_narx as kind
 from hystfmu.identify.methods.polynomial_narx import basis, lagged
+from hystfmu.identify.solvers.ridge import least_squares
 
 H = 1e-3
 OPTIONS = {
-    "n_u": 2, "n_f": 1, "n_y": 0, "n_k": 1, "q": 2, "training": "batch", "dead_zone": None, "ridge": 1e-3,
+    "n_u": 2, "n_f": 1, "n_y": 0, "n_k": 1, "q": 2, "ridge": 1e-3,
     "memory": "dominant", "range": 2.0, "u0": None, "margin": 0.1,
 }  # fmt: skip
 TRAIN = slice(20, 280)
@@ -73,35 +75,6 @@ def test_the_range_with_the_least_training_error(monkeypatch, n_f):
     assert told == [0.2, 0.4]
 
 
-def recursion(phi, y, ridge, zone=None):
-    """Weighted least squares row by row, in covariances: P(0) = 1 / (rows ridge^2)."""
-    theta, P = np.zeros(phi.shape[1]), np.eye(phi.shape[1]) / (len(y) * ridge**2)
-    for h, value in zip(phi, y, strict=True):
-        e = value - h @ theta
-        if zone is not None and abs(e) <= zone:
-            continue
-        c = 1.0 if zone is None else (e**2 - zone**2) / (h @ P @ h * zone**2)
-        K = c * P @ h / (1 + c * h @ P @ h)
-        theta, P = theta + K * e, P - np.outer(K, h @ P)
-    return theta
-
-
-@pytest.mark.parametrize(("training", "zone"), [("recursive", None), ("dead_zone", 0.8), ("dead_zone", None)])
-def test_training_row_by_row(training, zone):
-    data, told = record(2600, train=slice(20, 1120)), []
-    rows = data.train
-    options = {**OPTIONS, "training": training, "dead_zone": zone, "ridge": 0.03}
-    graph, _ = kind.build(data, options, 0, told.append)
-    phi, s = polynomial(data)
-    y = s.y[rows]
-    if training == "dead_zone":
-        left = np.abs(y - phi[rows] @ batch(phi[rows], y, 0.03)).max()
-        zone = 1.2 * left if zone is None else zone / s.half
-    want = phi @ recursion(phi[rows], y, 0.03, zone) * s.half + s.middle
-    assert graph.run(data.u, H).reshape(-1)[3:] == pytest.approx(want[3:], rel=1e-5)
-    assert told == [0.4]
-
-
 def test_a_covariate_scales_a_network_of_its_own():
     data = record(covariate=True)
     graph, parameters = kind.build(data, OPTIONS, 0, lambda f: None)
@@ -127,7 +100,6 @@ def test_a_covariate_scales_a_network_of_its_own():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"training": "recursive", "dead_zone": 0.5}, "must come with training = 'dead_zone'. Got 'recursive'"),
         ({"n_u": 20, "n_f": 2}, "at most the 260 train rows. Got 276 for n_u = 20, n_f = 2, n_y = 0, q = 2"),
         ({"n_u": 60, "n_f": 40}, "at most 5000 and"),
     ],
@@ -148,3 +120,57 @@ def test_an_unstable_model_with_lags_of_y_is_refused(monkeypatch):
     monkeypatch.setattr(kind, "solve", lambda *given: (np.array([0, 0, 3.0, 1.0]), 0.0, np.ones(3)))
     with pytest.raises(InputError, match="kind polynomial_narx must follow the data"):
         fit(record(), "polynomial_narx", n_u=1, n_f=1, n_y=1, q=1, range=2.0)
+
+
+# ---- regression and signals ------------------------------------------------------------------------------------------
+RNG = np.random.default_rng(8)
+
+
+@pytest.mark.parametrize("rows", [50, 4100])  # one chunk, and three
+def test_the_ridge_of_a_regression(rows):
+    phi, y = RNG.normal(size=(rows, 3)), RNG.normal(size=rows)
+    theta, rms = least_squares(phi, y, 0.3)
+    want = np.linalg.solve(phi.T @ phi + rows * 0.09 * np.eye(3), phi.T @ y)
+    assert theta == pytest.approx(want, rel=1e-9)
+    assert rms == pytest.approx(np.sqrt(np.mean((y - phi @ want) ** 2)))
+
+
+def narx_data():
+    u = 5 + 3 * np.sin(np.arange(300) / 9) * np.linspace(1, 0.2, 300)
+    return Dataset.from_signal(u, 2 * u + 40, 1e-3, "narx")
+
+
+def test_the_signals_of_the_polynomial_are_scaled_to_the_training_rows():
+    data = narx_data()
+    s = polynomial_narx.signals(data, 2.0, "dominant", float(data.u[0]), 0.05)
+    u, y = data.u[data.train], data.y[data.counted]
+    lo, hi = u.min(), u.max()
+    limited = np.clip(data.u, lo - 0.05 * (hi - lo), hi + 0.05 * (hi - lo))
+    assert s.x == pytest.approx((2 * limited - lo - hi) / (hi - lo))  # a range of 2
+    assert (s.middle, s.half) == pytest.approx(((y.max() + y.min()) / 2, np.ptp(y) / 2))
+    assert s.y == pytest.approx((data.y - s.middle) / s.half)
+    assert s.nodes[0].value("gain")[0] == pytest.approx(2 / (hi - lo))
+    assert s.nodes[1].value("x0")[0] == pytest.approx(s.x[0])
+    assert s.f[0] == pytest.approx(0.0)
+    first = int(np.argmax(s.x))  # before the first reversal, the virgin branch: h = g(2 |x - x0|) / 2
+    d = s.x[: first + 1] - s.x[0]
+    assert s.f[: first + 1] == pytest.approx(d * -np.expm1(-2 * d), abs=1e-9)
+    assert s.beside.shape == (300, 0)
+
+
+def test_lags_and_their_gains():
+    data = narx_data()
+    s = polynomial_narx.signals(data, 4.0, "dominant", float(data.u[0]), 0.05)
+    z, gains = s.lags(2, 1, 3, 0)
+    k = 50
+    assert z[k] == pytest.approx([s.x[k], s.x[k - 1], s.f[k], s.y[k - 1], s.y[k - 2], s.y[k - 3]])
+    most = [np.abs(v).max() for v in (s.x, s.x, s.f, s.y, s.y, s.y)]
+    assert gains == pytest.approx(1 / np.array(most))
+    assert s.lags(1, 1, 0, 1)[0][k] == pytest.approx([s.x[k - 1], s.f[k - 1]])
+    theta, rms, gains = polynomial_narx.solve(s, data.counted, [2, 0, 0, 0], 1, 1e-9)
+    assert rms < 1e-6 * s.half
+    assert theta[0] * gains[0] * s.x[k] + theta[1] * gains[1] * s.x[k - 1] + theta[2] == pytest.approx(s.y[k], abs=1e-5)
+    wrong = polynomial_narx.solve(s, data.counted, [1, 0, 0, 1], 1, 1e-9)[1]  # without the present value
+    late = np.column_stack([s.x[data.counted], np.r_[s.x[0], s.x[:-1]][data.counted], np.ones(len(s.x[data.counted]))])
+    left = s.y[data.counted] - late[:, 1:] @ np.linalg.lstsq(late[:, 1:], s.y[data.counted], rcond=None)[0]
+    assert wrong == pytest.approx(s.half * np.sqrt(np.mean(left**2)), rel=1e-6)

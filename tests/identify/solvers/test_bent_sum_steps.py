@@ -98,16 +98,6 @@ def test_derivatives_of_the_output_by_weights_creep_and_gains(after, followed):
     assert target == pytest.approx(p.y - here + linear @ np.r_[s.w, s.k] + gains)
 
 
-def test_what_a_branch_states():
-    b = constraint_factor.Branch(np.array([0.5, 0.2]), 3.0, 7.0)
-    assert b(np.zeros(1)).tolist() == [0.0]
-    assert constraint_factor.GRID == 400
-    falls = constraint_factor.Branch(np.array([1.0, 0.0]), 3.0, 1.0)
-    assert falls.falling == 0.0
-    down = constraint_factor.Branch(np.array([-1.0, 0.0]), 3.0, 1.0)
-    assert down.falling == 1.0
-
-
 @pytest.mark.parametrize("roughness", [0.0, 1e-4, 1e-1])
 def test_a_branch_is_the_penalised_least_squares(roughness):
     """Where no slope is at its bound: normal equations with the third derivative, relative to the longest branch."""

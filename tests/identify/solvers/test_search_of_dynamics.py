@@ -199,20 +199,6 @@ def test_steps_behind_another_start_end_where_they_do_not_reach_it(monkeypatch):
     assert len(count) == 30
 
 
-@pytest.mark.parametrize(("gain", "steps"), [(0.9e-4, 1), (1.1e-4, 30)])
-def test_steps_that_gain_less_than_a_ten_thousandth_end(monkeypatch, gain, steps):
-    count = []
-    start = BentSum(np.ones(1), np.ones(2), np.zeros(0), 1.0)
-
-    def bent(p, s):
-        return replace(s, rms=(1 - gain) ** (len(count) / 2))
-
-    monkeypatch.setattr(bent_sum, "_with_bend", bent)
-    monkeypatch.setattr(bent_sum, "_newton", lambda p, s: (count.append(1), s)[1])
-    assert bent_sum.fit(SimpleNamespace(penalties=()), start).rms == pytest.approx((1 - gain) ** (steps / 2))
-    assert len(count) == steps
-
-
 @pytest.mark.parametrize(("good", "tried"), [(1.0, [1.0]), (0.5, [1.0, 0.5]), (0.1, [1.0, 0.5, 0.25, 0.1])])
 def test_shares_of_a_step_are_tried_in_turn(monkeypatch, good, tried):
     seen = []

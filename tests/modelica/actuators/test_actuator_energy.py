@@ -103,34 +103,6 @@ def test_every_model_in_the_slot_keeps_the_balance(slot: str) -> None:
     assert np.ptp(v["stack.flange_b.s"]) > 1e-6
 
 
-# SineVoltage of version 4.0.0 calls an external "builtin" sin, which rumoca 0.10.2 does not run
-STANDARD = """
-  Modelica.Electrical.Analog.Sources.SignalVoltage source;
-  HystFMU.Sources.Sine voltage(amplitude = 50, offset = 10, frequency = 200);
-  Modelica.Mechanics.Translational.Sources.Force push;
-  HystFMU.Sources.DecayingSine force(amplitude = 300, frequency = 200, phase = 1, decay = 0);
-"""
-WIRED = """
-  connect(voltage.r, source.v);
-  connect(source.n, ground.p);
-  connect(source.p, line.p);
-  connect(force.r, push.f);
-  connect(push.flange, stack.flange_b);
-"""
-
-
-@bench.needs_standard
-@pytest.mark.stress
-@pytest.mark.parametrize("slot", DEFAULTS)
-def test_the_balance_holds_among_parts_of_the_standard_library(slot: str) -> None:
-    stack = f"  HystFMU.Actuators.Stack stack(c = 400, {DEFAULTS[slot]});\n"
-    circuit = bench.ELECTRICAL + bench.WALL + STANDARD + stack, bench.WIRED + bench.HELD + WIRED
-    v = bench.beside({slot: circuit}, 2 * PERIOD, step=1e-6)[slot]
-    e = bench.energies(v, PERIOD, DAMPED)
-    print(f"{slot}: {e}, rest {e.rest:.1e}")
-    assert abs(e.rest) <= (1e-5 if slot in OPEN else 1e-6)
-
-
 def test_negative_weights_give_energy_back_and_the_heat_shows_it() -> None:
     e = bench.energies(found("negative"), PERIOD, DAMPED)
     assert e.loop < -0.01 * e.exchanged

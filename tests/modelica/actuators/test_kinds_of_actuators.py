@@ -20,19 +20,34 @@ KINDS = [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k i
 LOADS = {"light": 0.1, "equal": 1.0, "heavy": 10.0}  # times the own mass
 
 
-@pytest.mark.parametrize("key", KINDS)
-def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, tmp_path: Path) -> None:
-    """The record of the stack ends at 18 Hz: without a data sheet the example is as it comes, and quasi-static."""
-    package = stacks.demo(key).export_modelica(tmp_path / "Piezo")
+ROD_QUICK = ("jiles_atherton, strain", "prandtl_ishlinskii")
+RODS = [pytest.param(k, marks=() if k in ROD_QUICK else pytest.mark.stress) for k in stacks.ROD_KINDS]
+
+
+def runs_as_it_comes(package: Path, key: str) -> None:
     assert exported.complaints(package) == []
-    text = (package / "Actuator.mo").read_text()
-    assert "withMass = false" in text
-    assert not re.search(r"\n    m = ", text)
     v = stacks.as_it_comes(package)
     off = np.ptp(v["actuator.residual"]) / np.ptp(v["actuator.supplied"])
     print(f"{key}: {np.ptp(v['load.s']):.2e} m, balance {off:.1e}")
     assert np.ptp(v["load.s"]) > 1e-5
     assert off <= 1e-5
+
+
+@pytest.mark.parametrize("key", KINDS)
+def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, tmp_path: Path) -> None:
+    """The record of the stack ends at 18 Hz: without a data sheet the example is as it comes, and quasi-static."""
+    package = stacks.demo(key).export_modelica(tmp_path / "Piezo")
+    text = (package / "Actuator.mo").read_text()
+    assert "withMass = false" in text
+    assert not re.search(r"\n    m = ", text)
+    runs_as_it_comes(package, key)
+
+
+@pytest.mark.parametrize("key", RODS)
+def test_an_exported_rod_runs_as_it_comes(key: str, tmp_path: Path) -> None:
+    package = stacks.rod(key).export_modelica(tmp_path / "Piezo")
+    assert "BaseClasses.Magnetostrictive(" in (package / "Actuator.mo").read_text()
+    runs_as_it_comes(package, key)
 
 
 @pytest.mark.parametrize("key", KINDS)

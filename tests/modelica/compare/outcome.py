@@ -1,5 +1,6 @@
 """What a comparison found about one model, its row of the report, and the committed reference of the model."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,10 +10,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 NAN = float("nan")
-RECORDING = False  # set by report.py --record alone
+RECORDING = "HYSTFMU_RECORD" in os.environ  # writes the references anew
 REFERENCE_ROWS = 20
 REFERENCES = library.ROOT / "Resources" / "ReferenceResults"
-HEADING = f"{'model':58} {'rows':>6} {'events':>6}  {'C core':>8}  {'before':>8}  {'s':>5}"
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Outcome:
             if not (error <= bound or np.isnan(bound))
         ]
         if np.isnan([self.bound_c, self.tube]).all():
-            found.append(f"{self.name}: nothing to compare with; report.py --record writes its reference")
+            found.append(f"{self.name}: nothing to compare with; a test with HYSTFMU_RECORD=1 writes its reference")
         return found
 
 

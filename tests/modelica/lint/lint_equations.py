@@ -6,7 +6,7 @@ from typing import Any
 
 import library
 import pymoca.ast as ast
-from syntax_tree import assigned, calls, inside, plain, references, text_of, with_bases
+from syntax_tree import assigned, calls, inside, plain, plain_equations, references, text_of, with_bases
 
 RELATIONS = {"<", ">", "<=", ">="}
 
@@ -110,7 +110,7 @@ def without_start(c: library.Class) -> Iterator[str]:
 def own_value(c: library.Class) -> Iterator[str]:
     """In a when-equation the old value of a variable is pre(z); z itself is the new one, computed from itself."""
     for w in c.tree.equations:
-        for e in _equations(w) if isinstance(w, ast.WhenEquation) else ():
+        for e in plain_equations(w) if isinstance(w, ast.WhenEquation) else ():
             left = {plain(r) for r in references(e.left)}
             for name in sorted(left & {plain(r) for r in _without(e.right, "pre")}):
                 yield f"{name} is computed from itself; its old value is pre({name})"
@@ -120,8 +120,8 @@ def event_storm(c: library.Class) -> Iterator[str]:
     """A relation in the equation of a derivative is an event at each of its zeros: hundreds in one loop."""
     fixed = {n for n, s in library.components(c).items() if {"parameter", "constant"} & set(s.prefixes)}
     for e in c.tree.equations:
-        branches = isinstance(e, ast.IfEquation) and any(calls(i, "der") for i in _equations(e))
-        for i in _equations(e):
+        branches = isinstance(e, ast.IfEquation) and any(calls(i, "der") for i in plain_equations(e))
+        for i in plain_equations(e):
             of = [*calls(i.left, "der"), *calls(i.right, "der")]
             if not of:
                 continue
@@ -142,15 +142,6 @@ RULES = (
     own_value,
     event_storm,
 )
-
-
-def _equations(e: Any) -> Iterator[ast.Equation]:
-    """The plain equations in an equation, those in branches and loops included."""
-    if isinstance(e, ast.Equation):
-        yield e
-    for block in getattr(e, "blocks", None) or [getattr(e, "equations", [])]:
-        for i in block:
-            yield from _equations(i)
 
 
 def _relations(e: Any) -> Iterator[ast.Expression]:

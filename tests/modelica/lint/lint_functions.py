@@ -8,7 +8,7 @@ from typing import Any
 import library
 import pymoca.ast as ast
 from source import own_annotation
-from syntax_tree import calls, inside, is_array, plain, references
+from syntax_tree import calls, inside, is_array, nested, plain, references
 
 EVENTS = ("der", "pre", "edge", "change", "sample", "initial", "terminal", "reinit", "delay", "Clock")
 
@@ -23,7 +23,7 @@ def unassigned_output(c: library.Class) -> Iterator[str]:
     """Every output of a function that is not partial gets a value."""
     if c.tree.type != "function" or c.tree.partial or not c.tree.statements:
         return
-    given = set(_targets(c.tree.statements))
+    given = _targets(c.tree.statements)
     for name, s in library.components(c).items():
         if "output" in s.prefixes and name not in given and "value" not in library.modifiers(s.class_modification):
             yield f"its output {name} is never assigned"
@@ -33,7 +33,7 @@ def assigned_argument(c: library.Class) -> Iterator[str]:
     """The inputs of a function are not assigned."""
     if c.tree.type == "function":
         inputs = {n for n, s in library.components(c).items() if "input" in s.prefixes}
-        for name in sorted(inputs & set(_targets(c.tree.statements))):
+        for name in sorted(inputs & _targets(c.tree.statements)):
             yield f"its input {name} is assigned"
 
 
@@ -105,28 +105,24 @@ def _functions(e: Any) -> Iterator[str]:
         yield from _functions(inner)
 
 
-def _blocks(s: Any) -> list[list[Any]]:
-    return list(getattr(s, "blocks", None) or ([s.statements] if getattr(s, "statements", None) else []))
-
-
-def _targets(statements: list[Any]) -> Iterator[str]:
-    for s in statements:
+def _assigned(statements: list[Any]) -> Iterator[Any]:
+    """References that statements assign, in their order."""
+    for s in nested(statements):
         if isinstance(s, ast.AssignmentStatement):
-            yield from (plain(str(left)) for left in s.left)
-        for block in _blocks(s):
-            yield from _targets(block)
+            yield from s.left
+
+
+def _targets(statements: list[Any]) -> set[str]:
+    return {plain(str(left)) for left in _assigned(statements)}
 
 
 def _order(statements: list[Any]) -> Iterator[tuple[set[str], set[str]]]:
     """What each statement reads and sets, in the order of the text; branches count as set."""
-    for s in statements:
+    for s in nested(statements):
         if isinstance(s, ast.AssignmentStatement):
             yield {plain(r) for r in references(s.right)}, {plain(str(left)) for left in s.left}
         else:
-            conditions = getattr(s, "conditions", [])
-            yield {plain(r) for r in references(conditions)}, set()
-            for block in _blocks(s):
-                yield from _order(block)
+            yield {plain(r) for r in references(getattr(s, "conditions", []))}, set()
 
 
 # ---- Rules of the lint on legal Modelica that rumoca 0.10.2 silently simulates wrongly
@@ -136,7 +132,7 @@ def lost_elements(c: library.Class) -> Iterator[str]:
         return
     arrays = {n for n, s in c.tree.symbols.items() if is_array(s) and not {"input", "output"} & set(s.prefixes)}
     arrays -= {n for n in arrays if "value" in library.modifiers(c.tree.symbols[n].class_modification)}
-    for left in _assigned_references(c.tree.statements):
+    for left in _assigned(c.tree.statements):
         if left.name in arrays:
             arrays.discard(left.name)
             if any(i is not None for row in left.indices for i in row):
@@ -151,15 +147,6 @@ def redeclared_function(c: library.Class) -> Iterator[str]:
         for a in modification.arguments if modification else []:
             if isinstance(a.value, ast.ShortClassDefinition) and a.value.type == "function":
                 yield f"{name} redeclares the function {a.value.name}"
-
-
-def _assigned_references(statements: list[Any]) -> Iterator[Any]:
-    """What statements assign, in their order."""
-    for s in statements:
-        if isinstance(s, ast.AssignmentStatement):
-            yield from s.left
-        for block in getattr(s, "blocks", None) or [getattr(s, "statements", [])]:
-            yield from _assigned_references(block)
 
 
 RULES = (

@@ -8,7 +8,7 @@ import library
 import measures
 import pymoca.ast as ast
 from lint_variability import differentiated
-from syntax_tree import plain, with_bases
+from syntax_tree import plain, plain_equations, with_bases
 
 
 def unit_clash(c: library.Class) -> Iterator[str]:
@@ -127,7 +127,7 @@ def _pairs(c: library.Class) -> Iterator[tuple[Any, Any, str]]:
     if c.tree.type not in ("block", "model", "record") or c.name.startswith("HystFMU.Validation"):
         return  # a Validation model drives its component with plain numbers
     for e in [*c.tree.equations, *c.tree.initial_equations]:
-        for i in _plain_equations(e):
+        for i in plain_equations(e):
             yield i.left, i.right, f"the equation of {plain(str(i.left)) if _is_ref(i.left) else 'a sum'}"
     for name, s in c.tree.symbols.items():
         given = library.modifiers(s.class_modification).get("value")
@@ -137,11 +137,3 @@ def _pairs(c: library.Class) -> Iterator[tuple[Any, Any, str]]:
 
 def _is_ref(e: Any) -> bool:
     return isinstance(e, ast.ComponentRef)
-
-
-def _plain_equations(e: Any) -> Iterator[ast.Equation]:
-    if isinstance(e, ast.Equation):
-        yield e
-    for block in getattr(e, "blocks", None) or [getattr(e, "equations", [])]:
-        for i in block:
-            yield from _plain_equations(i)

@@ -7,7 +7,7 @@ from typing import Any
 import library
 import pymoca.ast as ast
 from source import declared
-from syntax_tree import assigned, calls, class_of, inside, plain, references, text_of, with_bases
+from syntax_tree import assigned, calls, class_of, inside, nested, plain, references, text_of, with_bases
 
 from hystfmu.modelica.literals import RESERVED
 
@@ -62,7 +62,7 @@ def twice(c: library.Class) -> Iterator[str]:
 
 def reinit_at_start(c: library.Class) -> Iterator[str]:
     """No reinit at initial(): tools take the assignments of such a when into the initial equations, and drop it."""
-    for e in _whens(c.tree.equations):
+    for e in (e for e in nested(c.tree.equations) if isinstance(e, ast.WhenEquation)):
         for condition, block in zip(e.conditions, e.blocks, strict=False):
             if calls(condition, "initial"):
                 for i in block:
@@ -89,7 +89,7 @@ def fixed_start_time(c: library.Class) -> Iterator[str]:
 def open_start(c: library.Class) -> Iterator[str]:
     """What a sample assigns has a value before it: else the initial conditions are not fully specified."""
     texts = "".join(text_of(k) for k in with_bases(c))
-    for e in _whens(c.tree.equations):
+    for e in (e for e in nested(c.tree.equations) if isinstance(e, ast.WhenEquation)):
         if any(calls(condition, "sample") for condition in e.conditions):
             for name in sorted(set(assigned(e))):
                 if not re.search(rf"\b{name}\b(?:\[[^;]*?\])?\s*\([^;]*?\bstart\s*=[^;]*?\bfixed\s*=", texts):
@@ -115,15 +115,6 @@ def _members(c: library.Class) -> set[str]:
     return set(library.components(c))
 
 
-def _whens(found: list[Any]) -> Iterator[ast.WhenEquation]:
-    """When-equations, those in branches and loops included."""
-    for e in found:
-        if isinstance(e, ast.WhenEquation):
-            yield e
-        for block in getattr(e, "blocks", None) or [getattr(e, "equations", [])]:
-            yield from _whens(block)
-
-
 def _values(s: ast.Symbol) -> list[Any]:
     return [v for k, v in library.modifiers(s.class_modification).items() if k == "value"]
 
@@ -141,8 +132,8 @@ def real_as_integer(c: library.Class) -> Iterator[str]:
             yield f"the Integer {name} has a Real value"
         if any(kind(d, c) == "Real" for row in s.dimensions for d in row):
             yield f"a size of {name} is a Real"
-    for loop in _loops([*c.tree.equations, *c.tree.initial_equations, *c.tree.statements]):
-        for i in loop.indices:
+    for loop in nested([*c.tree.equations, *c.tree.initial_equations, *c.tree.statements]):
+        for i in loop.indices if isinstance(loop, ast.ForEquation | ast.ForStatement) else ():
             ends = i.expression
             if isinstance(ends, ast.Slice) and "Real" in (kind(ends.start, c), kind(ends.stop, c)):
                 yield f"the range of {i.name} is Real"
@@ -249,15 +240,6 @@ def _sums(e: Any) -> Iterator[ast.Expression]:
         yield e
     for i in inside(e):
         yield from _sums(i)
-
-
-def _loops(found: list[Any]) -> Iterator[Any]:
-    for e in found:
-        if isinstance(e, ast.ForEquation | ast.ForStatement):
-            yield e
-        blocks = getattr(e, "blocks", None) or [getattr(e, "equations", []) or getattr(e, "statements", [])]
-        for block in blocks:
-            yield from _loops(block)
 
 
 RULES = (

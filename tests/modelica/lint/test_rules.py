@@ -7,7 +7,7 @@ import lint
 import pymoca.parser
 import pytest
 import rules
-from mistakes import MISTAKES
+from test_mistakes import MISTAKES
 
 PLACE = "annotation (Placement(transformation(extent = {{0, 0}, {20, 20}})))"
 SECOND = PLACE.replace("{{0, 0}, {20, 20}}", "{{10, 10}, {30, 30}}")

@@ -17,7 +17,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -27,8 +27,7 @@ from hystfmu.base.errors import InputError, meant
 from hystfmu.base.files import check, check_format, load_toml
 from hystfmu.core.library import Var
 from hystfmu.graph import Graph
-from hystfmu.graph.tables import GraphTable
-from hystfmu.model import FORMAT
+from hystfmu.model import FORMAT, ModelTable
 
 KEYS = ("lower", "upper", "scale", "rising", "sum")
 SCALES = ("linear", "log")
@@ -200,15 +199,10 @@ def plain(spec: Spec) -> bool | list[float] | dict[str, Any]:
     return True if spec is True else [float(v) for v in spec]  # type: ignore[union-attr]
 
 
-class _File(GraphTable):
-    format: Literal[1]
+class _File(ModelTable):
+    # a model file becomes the start of another fit if [free] is added
     free: dict[str, Any] = Field(min_length=1, max_length=1000)
-    # keys of a model file, which becomes the start of another fit if [free] is added
     key: str = ""
-    text: str = ""
-    step: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
-    fit: dict[str, Any] = Field({})
-    provenance: dict[str, Any] = Field({})
 
 
 def read_graph(path: Path) -> tuple[Graph, dict[str, Spec]]:

@@ -24,7 +24,7 @@ from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.dynamics import Dynamics, search
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Following, Problem
-from hystfmu.identify.features.plays import plays, thresholds, u0_of
+from hystfmu.identify.features.plays import thresholds, u0_of, with_plays
 from hystfmu.identify.features.smooth_density import RelaySum
 from hystfmu.identify.graphs import covariate_inputs, device, scaled_input, wired
 
@@ -43,8 +43,8 @@ MARGIN = 0.05  # covariates are limited to their training range, extended by thi
 class Parts:
     """Structure of a model: the operator, the degree of the nonlinearity, and the components that are present.
 
-    `T` contains the time constants of the creep (s), `g` is the linear dynamics, and `levels` states for each covariate
-    how the nonlinearity depends on it (see `bent_sum`).
+    `T` contains the time constants of the creep (s), and `signed` states whether its weights can be negative. `g` is
+    the linear dynamics. `levels` states for each covariate how the nonlinearity depends on it (see `bent_sum`).
     """
 
     operator: str = PLAYS
@@ -52,6 +52,7 @@ class Parts:
     T: tuple[float, ...] = ()
     g: Dynamics | None = None
     levels: tuple[str, ...] = ()
+    signed: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class Fitting:
         self.r = thresholds(x[rows], options["N"])
         self.noise = noise(data.y[data.counted])
         self.relays = RelaySum(x, rows)
-        self.plays = np.column_stack([x, plays(x, self.r, self.x0)])
+        self.plays = with_plays(x, self.r, self.x0)
         self.stops = np.column_stack([x, x[:, None] - self.plays[:, 1:]])
         seen = data.covariates.values[: rows.stop]
         self.low, self.high = seen[rows].min(axis=0), seen[rows].max(axis=0)
@@ -102,7 +103,7 @@ class Fitting:
         least, beside = self.options["w0_min"], Following(self.theta[:, : len(parts.levels)], parts.levels)
         after, T = self.filtered(parts.g), np.array(parts.T)
         held = self.relays.penalties if parts.operator == RELAYS else ()
-        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held)
+        return Problem(columns, self.data.y[rows], rows, self.data.h, T, after, least, beside, held, parts.signed)
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
         """Return a function that filters columns with the dynamics g; return None if g is None."""

@@ -144,6 +144,8 @@ class Problem:
     ``penalties`` keep the weights smooth. Each penalty is a pair of a strength and a matrix (l, p). The matrix is
     multiplied by the median norm of the columns. None instead of a matrix means a ridge penalty on all weights. Without
     penalties, the data would not determine weights of columns with little excitation.
+
+    If `signed` is True, weights of lags can be negative: the output relaxes back, as that of an ionic polymer.
     """
 
     columns: Array
@@ -155,6 +157,7 @@ class Problem:
     least: float = 0.0
     following: Following = field(default_factory=lambda: Following(np.zeros((1, 0)), ()))
     penalties: tuple[tuple[float, Array | None], ...] = ()
+    signed: bool = False
 
     def solved(self, linear: Array, target: Array, free: Array) -> tuple[Array, Array]:
         """Return the non-negative weights of `linear` and the free weights of `free` that best approximate `target`.
@@ -177,7 +180,7 @@ class Problem:
 
     def crept(self, columns: Array, k: Array) -> Array:
         """Return columns plus their creep, x + sum_j k_j L_j[x]."""
-        used = k > 0
+        used = k != 0
         if not used.any():
             return columns
         return parallel_lags(-np.expm1(-self.h / self.T[used]), k[used]).run(columns)
@@ -249,7 +252,8 @@ def _newton(p: Problem, s: BentSum) -> BentSum:
     """Return `s` with new w, k and g, which minimise the error of the model linearised at `s`."""
     linear, free, target = _after(p, s, _before(p, s))
     x, v = p.solved(linear, target, free)
-    w, k, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
+    w, of_lags, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
+    k = of_lags[: len(p.T)] - (of_lags[len(p.T) :] if p.signed else 0.0)
     w[0] = max(w[0], p.least * w.sum())
     g[p.following.gains] = v[1:]
     return replace(s, w=w, k=k, g=g)
@@ -278,7 +282,7 @@ def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
     n, m = len(s.w), len(p.T)
     seen = p.seen(before)
     moved, creep, gained = seen[:, :n], seen[:, n + 1 : n + 1 + m], seen[:, n + 1 + m :]
-    linear = np.hstack([moved, creep])
+    linear = np.hstack([moved, creep, -creep] if p.signed else [moved, creep])
     target = p.y - seen[:, n] + moved @ s.w + creep @ s.k
     free = np.hstack([np.ones((len(p.y), 1)), gained])
     return linear, free, target + gained @ s.g[p.following.gains]

@@ -13,9 +13,8 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import reversals
-from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.features.plays import plays
-from hystfmu.model.coverage import coverage
+from hystfmu.identify.features.plays import with_plays
+from hystfmu.model.coverage import covered
 
 MOST_ROWS, LEAST_REVERSALS = 8000, 12
 SEED = 77
@@ -54,17 +53,11 @@ def unseen(data: Dataset) -> float:
     """
     if data.covariates:  # kinds with local parameters accept no covariates
         return 0.0
-    u, rows = data.u, data.train
-    r = np.arange(1, PLAYS + 1) * float(np.ptp(u[rows])) / 2 / (PLAYS + 1)
-    seen = np.column_stack([u, data.along(lambda v: plays(v, r, float(v[0])))])[rows]
-    limits: dict[str, Value] = {"lo": seen.min(axis=0), "hi": seen.max(axis=0)}
-    nodes = [
-        Node("input", "scaling", {"n": 1}),
-        Node("bank", "play_bank", {"n": PLAYS}, {"r": r, "z0": float(u[0])}),
-        Node("states", "scaling", {"n": PLAYS + 1}, limits),
-    ]
-    wires = [("input.y", "bank.u"), ("input.y", "states.u[1]")]
-    wires += [(f"bank.z[{k}]", f"states.u[{k + 1}]") for k in range(1, PLAYS + 1)]
-    graph = Graph(nodes, wires, [Input("u", ("input.u",))], [Output("y", "states.y[1]")])
-    covered = coverage(graph, data)
-    return 0.0 if covered is None else 1 - covered / 100
+    first, u = float(data.u[0]), data.u[data.train]
+    r = np.arange(1, PLAYS + 1) * float(np.ptp(u)) / 2 / (PLAYS + 1)
+
+    def states(v: Array) -> Array:
+        return with_plays(v, r, first)
+
+    seen = data.along(states)[data.train]
+    return 1 - covered(states, seen, np.ptp(seen, axis=0), first, u, np.zeros((len(u), 0))) / 100

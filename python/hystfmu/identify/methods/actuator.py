@@ -4,10 +4,11 @@
 
 This is the structure of a piezoelectric, magnetostrictive or polymer actuator. The first part is a rate-independent
 hysteresis with the elements p_i (Kuhnen 2003). A smooth static nonlinearity b, which is also called bend, follows. The
-creep is a sum of a few first-order lags L_T, whose time constants T are one decade apart (Krejci & Kuhnen 2001). G0(s)
-is the second-order transfer function of Yu & Alici 2005 with the natural frequency f_n and the damping ratio zeta. The
-delay is tau. `bent_sum` fits the weights, the nonlinearity and the creep for given dynamics. An outer search determines
-f_n, zeta and tau (variable projection).
+creep is a sum of a few first-order lags L_T, whose time constants T are one decade apart (Krejci & Kuhnen 2001). If
+such a sum leaves a clear error, weights k_j of both signs are tried: an ionic polymer relaxes back (Nemat-Nasser 2002).
+Their time constants are a third of a decade apart. G0(s) is the second-order transfer function of Yu & Alici 2005 with
+the natural frequency f_n and the damping ratio zeta. The delay is tau. `bent_sum` fits the weights, the nonlinearity
+and the creep for given dynamics. An outer search determines f_n, zeta and tau (variable projection).
 
 A component is kept only if its use reduces the error on validation blocks inside the training rows to less than
 `BETTER` times the error without this component. Stops replace plays if the loop is clockwise. Relays with a smooth
@@ -28,7 +29,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import ANY, Built, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
 from hystfmu.identify.features.bent_sum import LEVELS, Following
@@ -37,7 +38,9 @@ from hystfmu.identify.features.plays import u0_option
 TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"
 FIRST = 3  # the first search of the dynamics uses every third row
 DEGREES = (1, 3, 5, 8)  # degrees of the nonlinearity, tried one after the other
-LAGS = 6  # maximum number of lags
+LAGS = 6  # maximum number of lags, if their time constants are one decade apart
+PER_DECADE = 3  # number of lags of back-relaxation per decade; their weights have both signs and represent any lag
+FRESH = 3  # degree of the nonlinearity of a fit with back-relaxation that begins without the previous parts
 # relays are tried if the error exceeds CLEAR times the noise and the share ENOUGH of the span; the ratio of the errors
 # must then be below GAINED
 CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7
@@ -140,7 +143,7 @@ def _exchanged(f: Fitting, best: Trial) -> Trial:
     Relays have no exact inverse. Therefore they are used only if their error is less than `GAINED` times the error of
     plays or stops.
     """
-    if f.options["operator"] is not None or best.error <= max(CLEAR * f.noise, ENOUGH * f.data.span):
+    if f.options["operator"] is not None or not _clear(f, best):
         return best
     other = PLAYS if best.parts.operator == RELAYS else RELAYS
     trial = _with_other_start(f, f.tried(replace(best.parts, operator=other)))
@@ -186,16 +189,40 @@ def _moving(f: Fitting, trial: Trial, progress: Progress) -> Trial:
 def _creeping(f: Fitting, trial: Trial) -> Trial:
     """Add creep if it is requested or reduces the validation error.
 
-    The time constants are one decade apart, from at least ten samples to a third of the record.
+    The time constants are one decade apart, from at least ten samples to a third of the record. If a clear error
+    remains, the output may relax back: the weights of the lags are free, and their time constants are closer.
     """
+    crept = _moved_again(f, f.tried(replace(trial.parts, T=_lags(f, 1)), trial.fit))
+    best = crept if f.options["creep"] == "yes" else trial.or_better(crept)
+    if not _clear(f, best):
+        return best
+    back = _moved_again(f, f.tried(replace(crept.parts, T=_lags(f, PER_DECADE), signed=True), crept.fit))
+    if _clear(f, back) and (best.parts.g or back.error < GAINED * best.error):
+        # operator and dynamics that were fitted without back-relaxation represent a part of it
+        degree, operator = int(f.options["bend"] or FRESH), f.options["operator"] or PLAYS
+        fresh = f.tried(replace(back.parts, operator=operator, degree=degree, g=None))
+        back = back.or_better(_moving(f, fresh, silent) if f.options["dynamics"] != "no" else fresh)
+    return back if back.error < GAINED * best.error else best
+
+
+def _clear(f: Fitting, trial: Trial) -> bool:
+    """Return whether the validation error exceeds the noise and a small share of the span."""
+    return trial.error > max(CLEAR * f.noise, ENOUGH * f.data.span)
+
+
+def _lags(f: Fitting, per_decade: int) -> tuple[float, ...]:
+    """Return time constants (s) from at least ten samples to a third of the record."""
     h, n = f.data.h, f.data.train.stop
     longest = np.log10(max(n * h / 3, 20 * h))
-    T = 10 ** np.arange(longest, np.log10(10 * h) - 1e-9, -1.0)[:LAGS][::-1]
-    crept = f.tried(replace(trial.parts, T=tuple(float(t) for t in T)), trial.fit)
-    if crept.parts.g:  # dynamics that were fitted without creep represent a part of it
-        g = f.dynamics(crept, f.kept[::FIRST], silent)
-        crept = f.tried(replace(crept.parts, g=g), crept.fit)
-    return crept if f.options["creep"] == "yes" else trial.or_better(crept)
+    T = 10 ** np.arange(longest, np.log10(10 * h) - 1e-9, -1 / per_decade)[: LAGS * per_decade]
+    return tuple(float(t) for t in T[::-1])
+
+
+def _moved_again(f: Fitting, crept: Trial) -> Trial:
+    """Fit the dynamics again: dynamics that were fitted without creep represent a part of it."""
+    if not crept.parts.g:
+        return crept
+    return f.tried(replace(crept.parts, g=f.dynamics(crept, f.kept[::FIRST], silent)), crept.fit)
 
 
 def _named(parts: Parts, data: Dataset) -> str:
@@ -203,9 +230,9 @@ def _named(parts: Parts, data: Dataset) -> str:
     words += [f"bend of degree {parts.degree}"] if parts.degree > 1 else []
     for name, level in zip(data.covariates.names, parts.levels, strict=True):
         words += [] if level == "none" else [f"{level} that follows {name}"]
-    words += [f"creep with {len(parts.T)} lags"] if parts.T else []
+    words += [f"{'back-relaxation' if parts.signed else 'creep'} with {len(parts.T)} lags"] if parts.T else []
     modes = f" of {1 + len(parts.g.beside)} modes" if parts.g and parts.g.beside else ""
     return ", ".join([*words, *([f"G0(s){modes} with delay"] if parts.g else [])])
 
 
-KINDS = {"actuator": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(3500.0, "N"), covariates=True)}
+KINDS = {"actuator": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(3500.0, "N"), covariates=True)}

@@ -16,7 +16,7 @@ import numpy as np
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LATE, OPENS, Built, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import LATE, OPENS, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.estimate.template import Template, Variable, build
 from hystfmu.identify.features.plays import DEAD_BAND
@@ -86,7 +86,7 @@ def g0_bouc_wen(data: Dataset, options: Options, seed: int, progress: Progress) 
 
 
 KINDS = {
-    "bouc_wen": Kind(
+    "bouc_wen": Row(
         "Bouc-Wen operator as a grey box, nonlinear least squares",
         bouc_wen,
         (
@@ -97,7 +97,7 @@ KINDS = {
         ),
         (Candidate(OPENS, 0.2, 0.4, quick={"starts": 1}),),
     ),
-    "g0_bouc_wen": Kind(
+    "g0_bouc_wen": Row(
         "Bouc-Wen hysteresis, then G0(s) with delay, variable projection",
         g0_bouc_wen,
         (N_MAX, *DYNAMICS_OPTIONS),

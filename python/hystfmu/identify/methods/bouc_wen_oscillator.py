@@ -22,7 +22,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LAGS, Built, Candidate, Kind, Option, Options
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
 from hystfmu.identify.estimate.search import determined, search
@@ -105,4 +105,4 @@ def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[f
     return float(x[0]), float(x[1]), float(x[2])
 
 
-KINDS = {"bouc_wen_oscillator": Kind(TEXT, build, OPTIONS, CANDIDATES)}
+KINDS = {"bouc_wen_oscillator": Row(TEXT, build, OPTIONS, CANDIDATES)}

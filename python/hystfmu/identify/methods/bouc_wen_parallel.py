@@ -29,7 +29,7 @@ from hystfmu.data.dataset import Rows
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.recursion import lag
-from hystfmu.identify.catalogue import OPENS, Built, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.estimate.template import bounded, limits
@@ -234,4 +234,4 @@ def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
     return device(f.data, nodes, wires, sort=False)  # only the dashpot in series uses a value of the last step
 
 
-KINDS = {"bouc_wen_parallel": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(1200.0))}
+KINDS = {"bouc_wen_parallel": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(1200.0))}

@@ -27,7 +27,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import CLOSES, Candidate, Kind, Option, Options
+from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options, Row
 from hystfmu.identify.features.plays import branch_option, u0_of, u0_option
 from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.methods.operator_networks import BEND, straightened
@@ -260,4 +260,4 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     return graph, parameters + len(branch.a)
 
 
-KINDS = {"constraint_factor_mlp": Kind(TEXT, build, OPTIONS, CANDIDATES, covariates=True)}
+KINDS = {"constraint_factor_mlp": Row(TEXT, build, OPTIONS, CANDIDATES, covariates=True)}

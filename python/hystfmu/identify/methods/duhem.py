@@ -22,7 +22,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import OPENS, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.features.plays import DEAD_BAND
 from hystfmu.identify.graphs import device, scaled_input, wired
@@ -190,4 +190,4 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     return device(data, nodes, wired(nodes)), len(found.p)
 
 
-KINDS = {"duhem": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(1700.0, "q"))}
+KINDS = {"duhem": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(1700.0, "q"))}

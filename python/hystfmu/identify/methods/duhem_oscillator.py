@@ -25,7 +25,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LAGS, Built, Candidate, Kind, Option, Options
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
 from hystfmu.identify.estimate.search import determined, refined
@@ -138,4 +138,4 @@ def physical(p: Array) -> Array:
     return np.concatenate([np.maximum(p[:3], SOFTEST), np.where(first, left, right)])
 
 
-KINDS = {"duhem_oscillator": Kind(TEXT, build, OPTIONS, CANDIDATES)}
+KINDS = {"duhem_oscillator": Row(TEXT, build, OPTIONS, CANDIDATES)}

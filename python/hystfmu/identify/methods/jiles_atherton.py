@@ -17,7 +17,7 @@ import numpy as np
 from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LATE, Built, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.estimate.template import Template, Variable, build
@@ -87,7 +87,7 @@ def _operator(data: Dataset, strain: bool) -> Template:
 
 
 KINDS = {
-    "g0_jiles_atherton": Kind(
+    "g0_jiles_atherton": Row(
         "Jiles-Atherton hysteresis about a bias, then G0(s) with delay, variable projection",
         g0_jiles_atherton,
         (

@@ -18,7 +18,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import LAGS, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.network.training import train
 from hystfmu.identify.solvers.trainers import levenberg_marquardt
@@ -172,4 +172,4 @@ def simulate(
     return y[lags:], s[lags:]
 
 
-KINDS = {"narx_network": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(2000.0))}
+KINDS = {"narx_network": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(2000.0))}

@@ -32,7 +32,7 @@ from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import CLOSES, LAGS, OPENS, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import CLOSES, LAGS, OPENS, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.features.plays import RANGE, branch_option, thresholds, u0_of, u0_option, with_plays
 from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.network.readout import QUICK, Features, fit_readout, network_options
@@ -167,7 +167,7 @@ def zhao_tan_mlp(data: Dataset, options: Options, seed: int, progress: Progress)
 
 
 KINDS = {
-    "play_bank_mlp": Kind(
+    "play_bank_mlp": Row(
         "bank of plays and a network on them",
         play_bank_mlp,
         (
@@ -180,7 +180,7 @@ KINDS = {
         records=True,
         covariates=True,
     ),
-    "fitted_operator_mlp": Kind(
+    "fitted_operator_mlp": Row(
         "fitted weighted plays and a network on (x, their sum)",
         fitted_operator_mlp,
         (
@@ -193,7 +193,7 @@ KINDS = {
         Memory(1800.0, "N"),
         covariates=True,
     ),
-    "rate_mlp": Kind(
+    "rate_mlp": Row(
         "network on the input, its rate and a bank of plays",
         rate_mlp,
         (
@@ -211,7 +211,7 @@ KINDS = {
         Memory(1000.0, "N"),
         covariates=True,
     ),
-    "zhao_tan_mlp": Kind(
+    "zhao_tan_mlp": Row(
         "Zhao-Tan operator and a network on (x, h)",
         zhao_tan_mlp,
         (

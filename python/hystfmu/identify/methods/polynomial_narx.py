@@ -2,9 +2,9 @@
 
 The output is y(k) = theta' h(k). h contains all monomials up to order q of u(k-1..k-n_u), f(k-1..k-n_f) and
 y(k-1..k-n_y). The auxiliary function f is the output of the Zhao-Tan operator. The weights theta are the solution of
-one linear least-squares problem, which is solved for all rows together or recursively. Signals at neighbouring lags are
-nearly equal, so large weights could cancel each other. Such weights amplify noise and frequencies outside the training
-data. A ridge on the scaled weights prevents them.
+one linear least-squares problem. Signals at neighbouring lags are nearly equal, so large weights could cancel each
+other. Such weights amplify noise and frequencies outside the training data. A ridge on the scaled weights prevents
+them. The block `recursive_least_squares` computes the same weights row by row.
 
 With covariates c_j, scaled to [-1, 1], the weights are linear functions of the covariates: y(k) = (theta_0 + sum_j
 c_j(k) theta_j)' h(k). This is also one least-squares problem. The graph then has one further network for each
@@ -29,16 +29,15 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import ANY, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
 from hystfmu.identify.graphs import covariate_inputs, device, scaled_input
-from hystfmu.identify.solvers.ridge import least_squares, recursive
+from hystfmu.identify.solvers.ridge import least_squares
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
 RANGES = (1.0, 2.0, 4.0)  # ranges of the scaled input that are tried
 QUICK_LAGS = 3  # maximum number of lags in these trials
 MOST_PARAMETERS = 5000
-ROOM = 1.2  # default dead zone, relative to the largest error of the batch solution
 
 CANDIDATES = (Candidate(ANY, 0.05, 0.02),)
 OPTIONS = (
@@ -47,19 +46,6 @@ OPTIONS = (
     Option("n_y", 0, 0, 1000, text="number of lags of the output"),
     Option("n_k", 1, 0, 1, text="first lag of input and auxiliary function; 0 includes the present values"),
     Option("q", 2, 1, 10, text="highest order of a monomial"),
-    Option(
-        "training",
-        "batch",
-        choices=("batch", "recursive", "dead_zone"),
-        text="batch: QR of all rows; recursive: row by row in square-root form; dead_zone: the same with a dead zone",
-    ),
-    Option(
-        "dead_zone",
-        None,
-        1e-300,
-        1e300,
-        text="dead zone, in the unit of measure of y; default 1.2 times the largest batch error",
-    ),
     Option("ridge", 1e-3, 1e-12, 1e6, text="ridge on the weights, each scaled by its column"),
     branch_option("f"),
     RANGE,
@@ -135,15 +121,11 @@ def _scaling(data: Dataset, margin: float) -> dict[str, Array]:
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Fit ``scaling -> zhao_tan -> polynomial_narx -> scaling``; return graph and number of weights.
 
-    An InputError is raised if there are too many weights, and if the option ``dead_zone`` is used without the
-    training ``dead_zone``. With covariates, it is also raised for lags of y and for a training other than ``batch``.
+    An InputError is raised if there are too many weights, or if a fit with covariates has lags of y.
     """
     n_u, n_f, n_y, n_k, q = (options[name] for name in ("n_u", "n_f", "n_y", "n_k", "q"))
-    if data.covariates and (n_y or options["training"] != "batch"):
-        raise InputError(
-            "The options of polynomial_narx with covariates must be n_y = 0 and training = 'batch'. "
-            f"Got n_y = {n_y} and {options['training']!r}."
-        )
+    if data.covariates and n_y:
+        raise InputError(f"The option 'n_y' of polynomial_narx with covariates must be 0. Got {n_y} instead.")
     parameters = count(n_u + n_f + n_y, q) * (1 + len(data.covariates.names))
     rows = len(data.u[data.counted])
     if parameters > min(rows, MOST_PARAMETERS):
@@ -165,13 +147,6 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     seen, lags = front(span), [n_u, n_f, n_y, n_k]
     theta, _, gains = solve(seen, data.counted, lags, q, options["ridge"])
     progress(0.4)
-    if options["training"] != "batch":
-        r = options["dead_zone"]
-        if options["training"] == "recursive" and r is not None:
-            raise InputError(
-                f"The option 'dead_zone' must come with training = 'dead_zone'. Got {options['training']!r}."
-            )
-        theta = _recursive(seen, data.counted, lags, options, theta, gains)
     weights = (theta.reshape(-1, count(n_u + n_f + n_y, q)) * basis(gains, q)).ravel()
     graph = assemble(data, seen, dict(zip(("n_u", "n_f", "n_y", "n_k"), lags, strict=True)), q, weights)
     if data.covariates:
@@ -187,16 +162,6 @@ def solve(seen: Signals, rows: Rows, lags: list[int], q: int, ridge: float) -> t
     z, gains = seen.lags(*lags)
     theta, rms = least_squares(seen.regressors(z * gains, q, rows), seen.y[rows], ridge)
     return theta, rms * seen.half, gains
-
-
-def _recursive(seen: Signals, rows: Rows, lags: list[int], options: Options, batch: Array, gains: Array) -> Array:
-    """Return the weights after one pass of recursive least squares over the training rows, from weights of 0."""
-    z, _ = seen.lags(*lags)
-    z, y, q = z[rows] * gains, seen.y[rows], options["q"]
-    r = options["dead_zone"]
-    if options["training"] == "dead_zone":
-        r = ROOM * float(np.abs(y - basis(z, q) @ batch).max()) if r is None else r / seen.half
-    return recursive(basis(z, q), y, options["ridge"], r)
 
 
 def _weighted(graph: Graph, data: Dataset, scaling: Mapping[str, Array], theta: Array) -> Graph:
@@ -267,4 +232,4 @@ def lagged(v: Array, n: int, first: int = 1) -> Array:
     return np.column_stack([rested[i : i + len(v)] for i in starts]) if n else np.empty((len(v), 0))
 
 
-KINDS = {"polynomial_narx": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(4600.0), covariates=True)}
+KINDS = {"polynomial_narx": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(4600.0), covariates=True)}

@@ -26,7 +26,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import lag
-from hystfmu.identify.catalogue import ANY, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
@@ -207,4 +207,4 @@ def dead_zones(u: Array, s: Array) -> Array:
     return np.where(s > 0, np.maximum(d, 0), np.minimum(d, 0))
 
 
-KINDS = {"preisach": Kind(TEXT, build, OPTIONS, CANDIDATES, Memory(9800.0, "n", 2), records=True)}
+KINDS = {"preisach": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(9800.0, "n", 2), records=True)}

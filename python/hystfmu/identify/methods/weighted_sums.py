@@ -33,7 +33,7 @@ import numpy as np
 from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import CLOSES, LAGS, Built, Candidate, Kind, Memory, Option, Options
+from hystfmu.identify.catalogue import CLOSES, LAGS, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, search, told, uncertainty
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option, with_plays
 from hystfmu.identify.graphs import device, scaled_input, wired
@@ -157,7 +157,7 @@ def krasnoselskii_pokrovskii(data: Dataset, options: Options, seed: int, progres
 
 
 KINDS = {
-    "prandtl_ishlinskii": Kind(
+    "prandtl_ishlinskii": Row(
         "weighted plays, non-negative least squares; exact inverse",
         prandtl_ishlinskii,
         (
@@ -171,7 +171,7 @@ KINDS = {
         Memory(800.0, "N"),
         records=True,
     ),
-    "g0_prandtl_ishlinskii": Kind(
+    "g0_prandtl_ishlinskii": Row(
         "weighted plays, then G0(s) with delay, variable projection",
         g0_prandtl_ishlinskii,
         (
@@ -183,7 +183,7 @@ KINDS = {
         (Candidate(LAGS, 1.0, 1.0),),
         Memory(5200.0, "N"),
     ),
-    "krasnoselskii_pokrovskii": Kind(
+    "krasnoselskii_pokrovskii": Row(
         "Krasnosel'skii-Pokrovskii kernels, weights >= 0",
         krasnoselskii_pokrovskii,
         (

@@ -2,7 +2,7 @@
 
 import functools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import library
@@ -54,6 +54,19 @@ def assigned(e: Any) -> Iterator[str]:
     for block in getattr(e, "blocks", []) or [getattr(e, "equations", [])]:
         for inner in block:
             yield from assigned(inner)
+
+
+def nested(found: Iterable[Any]) -> Iterator[Any]:
+    """Equations or statements with those in branches and loops."""
+    for e in found:
+        yield e
+        for block in getattr(e, "blocks", None) or [getattr(e, "equations", []) or getattr(e, "statements", [])]:
+            yield from nested(block)
+
+
+def plain_equations(e: Any) -> list[ast.Equation]:
+    """The plain equations in an equation, those in branches and loops included."""
+    return [i for i in nested([e]) if isinstance(i, ast.Equation)]
 
 
 def references(e: Any) -> Iterator[str]:
