@@ -96,7 +96,8 @@ openmodelica: dev
 bench: dev
 	$(BIN)/python tests/benchmarks/run.py
 
-# the choice of the kind of model against all kinds, ninety minutes on two cores; an interrupted run goes on
+# the choice of the kind of model against all kinds and the fitted true structure, ninety minutes on two cores; an
+# interrupted run goes on
 choice: dev
 	$(BIN)/python tests/benchmarks/choice_grid.py --jobs 2 --work build/choice.jsonl -o python/docs/choice.md
 

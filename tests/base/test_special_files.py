@@ -71,8 +71,6 @@ def special(path: Path, kind: str) -> None:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with good files of every kind."""
-    import hystfmu as hy
-
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HYSTFMU_CACHE", str(tmp_path / "cache"))
     Path("data.csv").write_text("\n".join(["t,u,y", *(f"{k * 0.1:.1f},{k % 7},{k % 5}" for k in range(40))]))

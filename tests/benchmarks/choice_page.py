@@ -78,17 +78,16 @@ def _list(told):
     return "; ".join(f"{d} ({', '.join(t for (of, _), t in told.items() if of == d)})" for d in devices) or "none"
 
 
-def _of_truth(cells, near):
+def _of_truth(near):
     """Return the sentences on the ratio to the fitted true structure."""
-    every = [to_truth(at, known) for at, known in cells.items() if TRUTH in known]
     above = {row: f"{row[1]} {x:.3g}" for row, x in near.items() if x > NEAR}
     families = dict.fromkeys(row[0] for row in near)
     own = [name for name in families if name not in GRAPHS]
-    if not every:
+    if not near:
         return ""
-    graphs = len(families) - len(own)
+    graphs, median = len(families) - len(own), np.median(list(near.values()))
     return (
-        f"The median ratio to the truth over {len(every)} choices is {np.median(every):.3g}; the goal is at most "
+        f"The median ratio to the truth over {len(near)} rows is {median:.3g}; the goal is at most "
         f"{NEAR:g}. {len(near) - len(above)} of {len(near)} rows are at most {NEAR:g}; above it: {_list(above)}. The "
         f"true structure of {graphs} devices is a graph of blocks, which `hystfmu.fit` fits with free parameters. No "
         f"graph of blocks has the structure of the other devices ({'; '.join(own)}); for these, least squares fits the "
@@ -143,6 +142,6 @@ fitted to the same record, and its error is measured on the same held-out signal
 error of the selected model divided by this error, the median over the seeds. If `hystfmu fit` refuses the data, this
 ratio is infinite.
 
-{textwrap.fill(_of_truth(cells, near), 120)}
+{textwrap.fill(_of_truth(near), 120)}
 """
     return "\n".join([head, *lines, ""])

@@ -1,7 +1,5 @@
 """The turning-point machine against definitions without a stack: plain plays, memory from the whole history."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,17 +13,11 @@ from hystfmu.data.signals import nested_reversals
 from hystfmu.graph.blocks import PrandtlIshlinskii, PrandtlIshlinskiiInverse, ZhaoTan, ZhaoTanInverse
 
 Array = NDArray[np.float64]
-Branch = Callable[[Array], Array]
 
 
 # ---- the independent side -------------------------------------------------------------------------------------------
 def zhao_tan_branch(d: Array) -> Array:
     return -np.expm1(-d) * d
-
-
-def play_branch(w0: float, r: Array, w: Array) -> Branch:
-    """g(d) = 2 phi(d/2), phi the initial loading curve."""
-    return lambda d: w0 * d + 2 * w @ np.maximum(d / 2 - r, 0)
 
 
 # ---- inputs ---------------------------------------------------------------------------------------------------------

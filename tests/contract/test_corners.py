@@ -18,7 +18,7 @@ from raw import Raw, function
 
 from hystfmu.base.errors import InputError
 from hystfmu.core.executor import ContinuousExecutor, Executor
-from hystfmu.core.library import RawError, RawVar, library
+from hystfmu.core.library import RawVar, library
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.unit import Unit
 
@@ -43,12 +43,6 @@ def test_a_value_is_checked_by_its_type(kind: str, good: list[float], bad: list[
     check = function("hyst_check", C.POINTER(RawVar), C.c_double)
     assert [check(row, v) for v in good] == [0] * len(good)
     assert all(check(row, v) for v in bad)
-
-
-def message(error: RawError) -> str:
-    text = C.create_string_buffer(400)
-    library().hyst_message(error, text, 400)
-    return text.value.decode()
 
 
 def test_messages_name_the_kind_of_value(tmp_path: Path) -> None:

@@ -11,9 +11,9 @@ from hystfmu.identify.features import (
     smooth_density,
 )
 from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods import constraint_factor_mlp as constraint_factor
 from hystfmu.identify.methods import preisach
-from hystfmu.identify.methods.operator_networks import straightened
 
 RNG = np.random.default_rng(11)
 PATH = np.concatenate([np.cumsum(RNG.normal(size=90)) / 4, [0.3, 0.3, -4.0, 5.0, 5.0, 1.0]])  # with plateaus

@@ -84,7 +84,6 @@ def test_rows_outside_train_do_not_change_the_weights(small):
 @pytest.mark.parametrize(
     ("key", "given", "words"),
     [
-        ("prandtl_ishlinskii_asym", {}, ("The model must be actuator or preisach, which replace",)),
         ("nothing", {}, ("The model must be one of", "prandtl_ishlinskii", "bouc_wen", "Got 'nothing' instead.")),
         ("prandtl_ishlinskii", {"n": 5}, ("Got 'n' instead.", "N (an int in [1, 100000])")),
         ("prandtl_ishlinskii", {"N": 0}, ("'N'", "[1, 100000]", "0")),

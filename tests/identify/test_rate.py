@@ -6,15 +6,12 @@ import plants
 import pytest
 from scipy.integrate import solve_ivp
 
-import hystfmu as hy
 from hystfmu import Dataset, InputError
 from hystfmu.data import signals
-from hystfmu.fmu import export_fmu
 from hystfmu.identify import errors, fit
 from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
-from hystfmu.unit import Unit
 from papers import sliding_bound
 from papers.rate_plant import RATE, actuator, excitation
 
@@ -125,26 +122,6 @@ def test_the_excitations_fall_and_rise_as_in_the_figures():
         assert (np.abs(u[-1000:]).max() < 0.15) == amplitude_falls
         assert 0.85 < np.abs(u).max() <= 1
         assert abs(u[-1]) < 0.05, "the next one begins at 0"
-
-
-@pytest.mark.parametrize(
-    ("key", "options"),
-    [pytest.param("rate_mlp", {"iterations": 20}, marks=pytest.mark.stress), ("g0_prandtl_ishlinskii", {"N": 10})],
-)
-def test_fmu_and_python_unit_give_the_bits_of_the_model(key, options, tmp_path):
-    u = np.concatenate([excitation("8", 0.2), excitation("7", 0.2)])
-    d = Dataset.from_signal(u, actuator(u), 1 / RATE)
-    m = fit(d, key, **options)
-    y = m.predict(u[:300])
-    unit = Unit(m.graph)
-    unit.initialize(u=u[0])
-    stepped = [unit.get("y")]
-    for k in range(1, 300):
-        unit.set("u", u[k])
-        unit.do_step((k - 1) / RATE, 1 / RATE)
-        stepped.append(unit.get("y"))
-    np.testing.assert_array_equal(stepped, y)
-    assert hy.validate(export_fmu(m, tmp_path / f"{key}.fmu", fmi=3)) == []  # FMI 2.0: tests/fmu/importers
 
 
 # ---- bound of the sliding mode law -------------------------------------------------------------------------------

@@ -219,7 +219,6 @@ def test_levenberg_marquardt_ends_at_the_least_squares():
     assert len(jacobians) <= len(seen) + 1
 
 
-# ---- step by step ----------------------------------------------------------------------------------------------------
 # ---- line search ----------------------------------------------------------------------------------------------------
 def searched(f, slope_of, step, slope=0.1):
     """Search along a line; return step, value, and the places of all trials."""
@@ -309,17 +308,6 @@ def test_the_points_of_powell_and_beale(steps):
     assert p == pytest.approx(want, abs=2e-5)
     assert value == well(p)[0]
     assert taken == steps
-
-
-def test_a_small_gradient_ends_the_steps():
-    seen = []
-    p, _, steps = conjugate_gradients(np.array([1.0, 2.0]), lambda p: (float(p @ p), 2 * p), 9, gradient=4.0)
-    assert (p.tolist(), steps) == ([1.0, 2.0], 0)
-    _, _, steps = conjugate_gradients(
-        np.array([1.0, 2.0]), lambda p: (float(p @ p), 2 * p), 9, gradient=3.99, progress=seen.append
-    )
-    assert steps == 1
-    assert seen == pytest.approx([0, 1 / 9])
 
 
 # ---- damping --------------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit, options
 from hystfmu.identify.catalogue import resolve
+from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods.constraint_factor_mlp import (
     GRID,
     LEAST_SLOPE,
@@ -25,10 +26,9 @@ from hystfmu.identify.methods.constraint_factor_mlp import (
     literal_branch,
     stack_coordinates,
 )
-from hystfmu.identify.methods.operator_networks import straightened
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.model import accuracy
-from papers import magnetostrictive_plant, reproduce, shen_ma_2017
+from papers import Report, magnetostrictive_plant, reproduce, shen_ma_2017
 
 A = np.array([0.6, 0.5, 0.3])  # increasing
 LITERAL = {"branch": "literal", "memory": "last"}
@@ -262,8 +262,6 @@ def test_data_folder_without_the_file(tmp_path):
 
 
 def test_the_full_table_tries_every_number_of_neurons(monkeypatch):
-    from papers import Report, reproduce, shen_ma_2017
-
     asked = []
 
     def table(data, progress, hidden=shen_ma_2017.SWEEP):

@@ -45,41 +45,28 @@ def fit(
 
     Parameters
     ----------
-    data : Dataset
-        Measured data. The model is simulated from row 0 without measured outputs. The fit minimises the residuals on
-        the training rows, `data.train`.
+    data, seed, progress
+        See `hystfmu.fit`.
     key : str
-        Kind of model, one of `METHODS`.
-    seed : int
-        Seed of random start values. The same seed gives the same model.
-    progress : function, optional
-        Function that is called with the completed fraction of the fit, 0 to 1.
-    inverses : Inverses, optional
-        Object by which ``auto`` finds out whether a model has an inverse.
-    only_invertible : bool
-        Whether ``auto`` compares only models with a useful inverse.
-    **given
-        Options of the kind of model. `options(key)` lists them.
-
-    Returns
-    -------
-    Model
-        Fitted model. Its `key` is the kind of model; after ``auto`` it is the chosen kind.
-
-        `fit` contains the errors ``rms`` and ``max`` in the unit of measure of y, the same errors ``rms_percent`` and
-        ``max_percent`` in percent of the span of y in the training rows, the number of ``parameters``, the duration
-        ``seconds``, and any ``warnings``. For a network it also contains ``coverage_percent``
-        (`hystfmu.model.coverage`). If y lags u, it also contains the lag as ``lag_rows`` and as the text ``lag``, and
-        the dead time in rows as ``dead_rows``, if the response to kinks of u shows the dead time. After ``auto`` it
-        also contains ``memory``, ``loops``, ``gap_percent`` and ``rate`` (see `hystfmu.identify.auto.choose`).
-
-        `provenance` contains the origin of the data, the rows, the options and the versions of the software.
+        Kind of model, one of `METHODS`. `options(key)` lists its options `given`.
+    inverses, only_invertible
+        Object by which ``auto`` finds out whether a model has an inverse, and whether ``auto`` compares only models
+        with a useful inverse.
 
     Raises
     ------
     InputError
-        The kind or an option is unknown, a value is out of range, the data have no output, a signal is constant, or the
-        fit needs more than half of the memory of the computer.
+        For the reasons of `hystfmu.fit`, or if the fit needs more than half of the memory of the computer.
+
+    Notes
+    -----
+    `fit` of the result contains the errors ``rms`` and ``max`` in the unit of measure of y, the same errors
+    ``rms_percent`` and ``max_percent`` in percent of the span of y in the training rows, the number of ``parameters``,
+    the duration ``seconds``, and any ``warnings``. For a network it also contains ``coverage_percent``
+    (`hystfmu.model.coverage`). If y lags u, it also contains the lag as ``lag_rows`` and as the text ``lag``, and the
+    dead time in rows as ``dead_rows``, if the response to kinks of u shows the dead time. After ``auto`` it also
+    contains ``memory``, ``loops``, ``gap_percent`` and ``rate`` (see `hystfmu.identify.auto.choose`). `provenance`
+    contains the origin of the data, the rows, the options and the versions of the software.
     """
     report = progress or silent
     resolve(key, options(key), given)
@@ -109,33 +96,21 @@ def fit_graph(
 
     Parameters
     ----------
-    data : Dataset
-        Measured data. The graph is simulated from row 0 of each record without measured outputs. The fit minimises the
-        residuals on the training rows, `data.train`.
-    graph : Graph, Block or Path
-        Graph, single block, or path of a file that contains a graph and its free parameters. From a single block, a
-        graph of three parts is built: a scaling of the input to [-1, 1], the block, and a weighted sum of its outputs
-        with an offset. The parameters of a single block have names without the
-        prefix ``node.``.
-    free : mapping of str to True, (lower, upper) or a table
-        Free parameters by name. For a single block, the default is all parameters with real values that `graph` does
-        not set. Redundant parameters, whose effect is a linear combination of the effects of others, are excluded.
-    seed, progress
-        As in `fit`.
-    **given
-        Options: ``starts``, the number of start points of the search, and ``seconds``, its time limit.
-
-    Returns
-    -------
-    Model
-        Model with the key ``graph``. Its `fit` contains the same errors as the result of the function `fit`. The entry
-        ``free`` contains the value and the standard error of each free parameter.
+    data, graph, free, seed, progress, given
+        See `hystfmu.fit`, which calls the graph `key` and `given` the options.
 
     Raises
     ------
     InputError
-        No parameter is free, the graph does not contain a named parameter, or the bounds exclude the value of a
-        parameter. The function also raises the errors of `fit`.
+        For the reasons of `hystfmu.fit`.
+
+    Notes
+    -----
+    `graph` may be the path of a file that contains a graph and its free parameters. From a single block, a graph of
+    three parts is built: a scaling of the input to [-1, 1], the block, and a weighted sum of its outputs with an
+    offset. The parameters of a single block have names without the prefix ``node.``. By default, all its real
+    parameters without a given value are free, except redundant parameters, whose effect is a linear combination of the
+    effects of others. The key of the result is ``graph``.
     """
     chosen = resolve("a graph", graph_fit.OPTIONS, given)
     check(data)

@@ -37,10 +37,6 @@ EXPENSIVE = 3.0  # cost (s) above which a kind without quick options is first fi
 AUTO = "auto"
 AUTO_TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
 METHODS: tuple[str, ...] = get_args(Kind)
-REMOVED = {  # kinds of older versions, each with the kinds that replace it
-    "prandtl_ishlinskii_asym": "actuator or preisach",
-    "prandtl_ishlinskii_rate": "actuator or preisach",
-}
 
 
 @dataclass(frozen=True)
@@ -198,6 +194,8 @@ class Row:
         Whether the kind can be fitted to several records, each simulated from the initial state.
     covariates : bool
         Whether models of the kind accept covariates.
+    own_memory : bool
+        Whether the fit itself estimates the initial memory of the device.
     """
 
     text: str
@@ -207,6 +205,7 @@ class Row:
     memory: Memory = Memory(LEAST)
     records: bool = False
     covariates: bool = False
+    own_memory: bool = False
 
 
 def method(key: str) -> Row:
@@ -214,8 +213,6 @@ def method(key: str) -> Row:
 
     An unknown key raises an InputError.
     """
-    if key in REMOVED:
-        raise InputError(f"The model must be {REMOVED[key]}, which replace {key}. Got {key!r} instead.")
     if key == AUTO or key not in METHODS:
         raise InputError(f"The model must be one of {', '.join(METHODS)}. Got {key!r} instead.{meant(key, METHODS)}")
     found: Row = importlib.import_module(f"{methods.__name__}.{methods.MODULES.get(key, key)}").KINDS[key]

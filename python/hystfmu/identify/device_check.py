@@ -93,22 +93,9 @@ class DeviceCheck:
 
 
 def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceCheck:
-    """Compare a model with a new record of its device.
+    """Compare a model with a new record of its device; see `hystfmu.Model.check`.
 
-    Parameters
-    ----------
-    model : Model
-        Model whose file contains its RMS error and the range of its input.
-    data : Dataset
-        New record with a measured output.
-    factor : float
-        Ratio of the new RMS error to the error in the model file above which the device counts as drifted.
-
-    Raises
-    ------
-    InputError
-        The data have no measured output, the model file does not contain the RMS error or the input range, too few rows
-        are in the trained range, or the factor is at most 1.
+    The file of the model must contain its RMS error and the range of its input. The factor must be greater than 1.
     """
     where = data.path or data.name
     if not data.has_output:

@@ -157,21 +157,9 @@ def trained_range(data: Dataset) -> dict[str, Any]:
 
 
 def with_in_range(model: M) -> M:
-    """Add the output `in_range` to a model: 1 if the input lies within the range of the training rows, otherwise 0.
+    """Add the output `in_range` to a model or to an inverse; see `hystfmu.Model.with_in_range`.
 
-    For an inverse, the range limits the output of the inverse, which is the input of the inverted model. In this case
-    the two ends of the range count as outside, because an implicit inverse returns an end of the range if it cannot
-    reach the wanted output.
-
-    Parameters
-    ----------
-    model : Model
-        Model with ``trained_u`` in its provenance, or the inverse of such a model.
-
-    Raises
-    ------
-    InputError
-        The provenance does not contain the range, or the model already has this output.
+    An InputError is also raised if the model already has this output.
     """
     g = model.graph
     if any(o.name == PORT for o in g.outputs):

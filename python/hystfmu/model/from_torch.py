@@ -34,19 +34,14 @@ class _Affine:
 
 
 def torch_graph(module: nn.Module) -> Graph:
-    """Convert a feed-forward network to a graph with input `u` (n_in,) and output `y` (n_out,).
+    """Convert a network to a graph with input `u` (n_in,) and output `y` (n_out,); see `hystfmu.Model.from_torch`.
 
-    The graph is a chain of ``mlp`` blocks named net1, net2, ... The weights are copied.
-
-    Parameters
-    ----------
-    module : torch.nn.Module
-        A Linear, or a Sequential (nested or not) of Linear, Sigmoid, Tanh, ReLU and Identity.
+    The graph is a chain of ``mlp`` blocks named net1, net2, ...
 
     Raises
     ------
     InputError
-        A layer is not supported, sizes do not match, a weight is not finite, or there is no Linear layer.
+        A layer of `module` is not supported, sizes do not match, a weight is not finite, or there is no Linear layer.
     """
     layers = _layers(module)
     widths = [layer for layer in layers if isinstance(layer, _Affine)]

@@ -7,6 +7,7 @@ share of the span; "bits" is no difference.  A cell above its bound ends the com
 """
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -53,7 +54,7 @@ from hystfmu.unit import Unit
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "python" / "docs" / "importers.md"
-ROUNDED = 1e-9  # importers compute times and steps in their own way
+ROUNDED = 1e-9  # importers compute times and steps in their own way; PAGE states this, SOLVED and N
 SOLVED = 2e-2  # an oscillator: CVode against Newmark's method with steps of a period / 50
 RESIDUE = 1e-12  # s
 REFUSED = "refused"  # in one line: the units are an algebraic loop inside one graph
@@ -343,65 +344,13 @@ def markdown(table: dict[str, dict[str, float | str]], columns: tuple[str, ...],
     return "\n".join(lines)
 
 
-def page(kinds: str, loops: str, told: list[str]) -> str:
-    def wrapped(words: str, indent: str = "") -> str:
-        text = " ".join(words.split())
-        return textwrap.fill(text, 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
-
-    parts = [
-        "# Importers",
-        wrapped(
-            """`make importers` runs every kind of model and every shipped loop in importers of other projects, and
-            writes this page. Each cell states the largest difference, relative to the span of the output. The results
-            of a model are compared with those of `hystfmu predict`, and the results of a loop with the reference result
-            in its SSP archive. The numbers 2 and 3 in the names of the columns are versions of FMI, and CS is
-            Co-Simulation. The entry "bits" means that the results are bit-identical. The exit status is 1 if a cell
-            exceeds its bound."""
-        ),
-        "## Kinds of model",
-        wrapped(
-            f"""The input of each model consists of nested reversals over the range of its training data. It has {N}
-            rows with a step of 1 ms. Some columns need an explanation:"""
-        ),
-        "\n".join(
-            wrapped(line, "  ")
-            for line in (
-                """- In the column "uneven", the steps are 1, 0.5, 1.7 and 0.3 ms long. If the model has a sample time,
-                they are one, two or three samples long. A step of 5.7e-15 s represents a rounding error of the time.
-                Before each step, the test requests a step of length 0, which the FMU must refuse. The outputs are
-                compared with those of the unit in Python.""",
-                """- The columns "ME" use Model Exchange. The importer solves the FMU by Euler's method and handles its
-                events. For kinds with continuous states, it uses the solver CVode and a constant input, because fmpy
-                changes inputs only between steps of CVode.""",
-                """- The columns "container" use a container of fmu-manipulation-toolbox. "fmutool" is the checker of
-                this toolbox.""",
-            )
-        ),
-        wrapped(
-            f"""libcosim represents the time in nanoseconds, and ecos computes it as the sum of its steps. Therefore
-            their steps differ from 1 ms by rounding errors. The bound of a cell is {ROUNDED:g}. For Model Exchange it
-            is {SOLVED:g}, because CVode and Newmark's method solve the oscillators differently."""
-        ),
-        kinds,
-        "## Loops",
-        wrapped(
-            f"""The table compares the first 1000 steps of the first case of every scenario. `hystfmu ssp` writes the
-            scenario as an SSP archive and as one FMU. Three importers simulate the archive, and fmpy simulates the FMU.
-            The column "own order" is the largest difference between the archive and the scenario itself, as `hystfmu
-            ssp` prints it. The causes of this difference are events within a step and the key `ripple`, which other
-            importers do not support. fmpy and ecos compute the time as the sum of their steps. The units remove the
-            rounding error of this sum. Otherwise, a quantiser behind a source would turn the rounding error into a
-            difference of whole levels. The bound of a cell is {ROUNDED:g}."""
-        ),
-        loops,
-        "## Limitations of importers, shown with Reference FMUs",
-        "\n".join(
-            textwrap.fill(f"- {t}", 120, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
-            for t in told
-        )
-        or "No Reference FMUs at hand.",
-    ]
-    return "\n\n".join(parts) + "\n"
+def page(old: str, tables: list[str], told: list[str]) -> str:
+    """The page with its tables replaced, in their order, and with the list below its last heading replaced."""
+    above, heading, _ = old.partition("## Limitations of importers, shown with Reference FMUs\n\n")
+    new = iter(tables)
+    above = re.sub(r"(?:^\|.*\n)+", lambda _: next(new) + "\n", above, flags=re.MULTILINE)
+    shown = [textwrap.fill(f"- {t}", 120, subsequent_indent="  ", break_on_hyphens=False) for t in told]
+    return above + heading + ("\n".join(shown) or "No Reference FMUs at hand.") + "\n"
 
 
 def main() -> int:
@@ -428,7 +377,8 @@ def main() -> int:
         (work / "limits").mkdir()
         told = limits(given, work / "limits") if given else []
     columns = (*LOOP_COLUMNS, "own order")
-    PAGE.write_text(page(markdown(kinds, KIND_COLUMNS, "kind"), markdown(loops, columns, "loop"), told))
+    tables = [markdown(kinds, KIND_COLUMNS, "kind"), markdown(loops, columns, "loop")]
+    PAGE.write_text(page(PAGE.read_text(), tables, told))
     print("\n".join(told))
     bad = wrong(kinds | loops)
     n = sum(len(r) for r in (kinds | loops).values())

@@ -46,7 +46,7 @@ def test_the_page_lists_what_it_misses_and_how_many_seeds_a_row_has(bench):
     text = bench.page(cells())
     flat = " ".join(text.split())
     assert "2 of 3 rows meet both goals; missed: LuGre (chirp)." in flat
-    assert "The median ratio to the truth over 3 choices is 25; the goal is at most 3." in flat
+    assert "The median ratio to the truth over 2 rows is inf; the goal is at most 3." in flat
     assert "1 of 2 rows are at most 3; above it: LuGre (chirp inf)." in flat
     assert "seed 7 has 3 rows (3 at commit 1234abcd); seed 8 has 1 rows (1 at commit 5678abcd)" in flat
     assert "| LuGre | chirp | 2 | inf | inf | 0 |" in text

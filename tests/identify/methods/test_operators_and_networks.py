@@ -7,9 +7,9 @@ from hystfmu import Dataset, InputError
 from hystfmu.graph import Graph, Input, Output
 from hystfmu.identify.catalogue import options as options_of
 from hystfmu.identify.features.plays import plays, thresholds
+from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods import constraint_factor_mlp, operator_networks, weighted_sums
 from hystfmu.identify.methods.constraint_factor_mlp import increasing_branch, literal_branch, stack_coordinates
-from hystfmu.identify.methods.operator_networks import straightened
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 H = 1e-3

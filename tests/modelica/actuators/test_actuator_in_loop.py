@@ -46,7 +46,7 @@ def test_a_controller_of_the_standard_library_does() -> None:
     code = re.search(r"<pre>\n(.*?)</pre>", page, re.DOTALL)
     assert code is not None
     text = html.unescape(code[1]).replace('\\"', '"')
-    assert tracking(simulated(text, bench.ROOTS)) < 2
+    assert tracking(simulated(text, bench.roots())) < 2
 
 
 F_N, ZETA = 500.0, 0.7  # Hz, of the plant of the scenario

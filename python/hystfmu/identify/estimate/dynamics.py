@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -86,7 +87,8 @@ class Dynamics:
         """Return the point p of a search that `at` converts to these dynamics, for the step h (s)."""
         return np.array([np.log(self.f_n), np.log(self.zeta), self.delay / h])
 
-    def nodes(self, h: float, hold: str) -> list[Node]:
+    @lru_cache(maxsize=64)  # noqa: B019 - a search asks for the blocks of a point several times
+    def nodes(self, h: float, hold: str) -> tuple[Node, ...]:
         """Return the blocks of the dynamics in series, for the step h (s).
 
         The blocks are ``g0`` (transfer_function), and ``delay`` if the delay is at least one sample. `hold` is the form
@@ -95,7 +97,7 @@ class Dynamics:
         whole = math.floor(self.delay / h + LEAST_REST)
         b, a = polynomials(self, max(self.delay - whole * h, 0.0) if self.delay / h - whole > LEAST_REST else 0.0)
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
-        return [g0, Node("delay", "delay", {"n": whole})] if whole else [g0]
+        return (g0, Node("delay", "delay", {"n": whole})) if whole else (g0,)
 
     def filter(self, columns: Array, h: float, hold: str) -> Array:
         """Return the columns (rows, n) filtered by G0 and the delay, each from its steady state."""

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import options
+from hystfmu.identify.catalogue import method, options
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model.accuracy import rms
@@ -76,8 +76,11 @@ def rest(data: Dataset) -> float:
 
 
 def places_memory(key: str) -> bool:
-    """Return whether the kind of model `key` has an option for its memory before row 0."""
-    return any(o.name == "u0" or (o.name == "start" and {"low", "high"} <= {*o.choices}) for o in options(key))
+    """Return whether the kind `key` has an option for its memory before row 0 that its fit does not estimate itself."""
+    kind = method(key)
+    return not kind.own_memory and any(
+        o.name == "u0" or (o.name == "start" and {"low", "high"} <= {*o.choices}) for o in kind.options
+    )
 
 
 def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:

@@ -37,8 +37,11 @@ def thresholds(u: Array, n: int) -> Array:
     return np.asarray((1 - LEAST_TRAVEL) * np.ptp(u) / 2 * np.arange(1, n + 1) / n)
 
 
-def plays(u: Array, r: Array, u0: float) -> Array:
-    """Return the outputs (rows, n) of plays with half-widths r (n,) for the input u (rows,), from rest at `u0`."""
+def plays(u: Array, r: Array, u0: float | Array) -> Array:
+    """Return the outputs (rows, n) of plays with half-widths r (n,) for the input u (rows,), from rest at `u0`.
+
+    `u0` is an input, or the initial output of each play (n,).
+    """
     bank = Graph.single(Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": u0}))
     return bank.run(u).reshape(len(u), len(r))
 

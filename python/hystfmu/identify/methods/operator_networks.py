@@ -5,7 +5,8 @@ play_bank_mlp        The further inputs are the outputs of a bank of plays, whic
                      one-to-one theorem of Zhao & Tan 2008 has counterexamples. The outputs of a bank of plays determine
                      the output up to the resolution of the bank. A linear readout represents most of the output. The
                      network is trained on the remaining part, which is small and has kinks. Therefore the smallest
-                     weight decay of this network is larger than in other kinds.
+                     weight decay of this network is larger than in other kinds. The initial outputs of the plays are
+                     estimated: if they are wrong, the network represents their errors, too.
 fitted_operator_mlp  The further input is the output of a Prandtl-Ishlinskii model that is fitted to the data. A sum of
                      plays replaces the operators of Zhao & Tan 2008 and Shen & Ma 2017, and differs from them only in
                      the shape of the branches. The network represents the static nonlinearity.
@@ -34,6 +35,7 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, LAGS, OPENS, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.features.plays import RANGE, branch_option, thresholds, u0_of, u0_option, with_plays
+from hystfmu.identify.features.straightened import initial, straightened
 from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.network.readout import QUICK, Features, fit_readout, network_options
 from hystfmu.identify.solvers.nonnegative import nonnegative
@@ -53,15 +55,15 @@ OPERATORS = {  # input and output of each block
 
 def play_bank_mlp(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Fit ``(u, play_bank) -> scaling -> mlp -> scaling`` and a linear readout; return graph, number of parameters."""
-    nodes = [Node("input", "scaling", {"n": 1}), _bank(data, options)]
+    r = thresholds(data.u[data.train], options["N"])
+    nodes = [Node("input", "scaling", {"n": 1}), _bank(r, initial(data, r) if options["u0"] is None else options["u0"])]
     front = Features(nodes, [("input.y", "bank.u")], ["input.u"], ["input.y", "bank.z"], data)
     graph, parameters, _ = fit_readout(front, data, options, seed, progress, linear=True, least_decay=LEAST_DECAY)
     return graph, parameters
 
 
-def _bank(data: Dataset, options: Options) -> Node:
-    r = thresholds(data.u[data.train], options["N"])
-    return Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": u0_of(data, options)})
+def _bank(r: Array, z0: Value) -> Node:
+    return Node("bank", "play_bank", {"n": len(r)}, {"r": r, "z0": z0})
 
 
 def fitted_operator_mlp(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
@@ -84,27 +86,6 @@ def _fitted(data: Dataset, n: int, options: Options, target: Array, free: Array,
     return Node(name, "prandtl_ishlinskii", {}, {"w0": float(w[0]), "r": r, "w": w[1:], "u0": u0})
 
 
-def straightened(x: Array, y: Array, degree: int, covariates: Array) -> tuple[Array, Array]:
-    """Return the target and the free columns of a linear fit of an operator that precedes a static nonlinearity.
-
-    The output is nearly y = f(h), where h is the operator and f is a static nonlinearity. If the inverse of f is nearly
-    a polynomial, then h = y + q_2 P_2(y) + q_3 P_3(y) + ... This equation is linear in the weights of h and in the
-    factors q_i, so one least-squares problem determines both. Without the terms q_i P_i(y), the weights of h would be
-    wrong, because h would also have to represent the nonlinearity. With covariates (n, m), the factors q_i are linear
-    functions of the covariates.
-
-    The target is y (n,) scaled to [-1, 1]. Its sign is changed if y decreases with the input x (n,). The free columns
-    (n, degree + m (degree + 1)) are the Legendre polynomials 1, P_2, ..., P_degree of the target, and the products of
-    all Legendre polynomials with each covariate.
-    """
-    v = (2 * y - y.max() - y.min()) / np.ptp(y)
-    v = np.asarray(v * np.copysign(1.0, float(np.dot(x - x.mean(), v))))
-    basis = np.polynomial.legendre.legvander(v, degree)
-    middle, half = (covariates.max(axis=0) + covariates.min(axis=0)) / 2, np.ptp(covariates, axis=0) / 2
-    bilinear = [basis * c[:, None] for c in ((covariates - middle) / half).T]
-    return v, np.hstack([np.delete(basis, 1, axis=1), *bilinear])
-
-
 def rate_mlp(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Fit ``(u, rate[, bank, rates of v]) -> scaling -> mlp -> scaling``; return graph and number of weights."""
     memory = options["memory"]
@@ -116,7 +97,7 @@ def rate_mlp(data: Dataset, options: Options, seed: int, progress: Progress) -> 
         y = data.y[data.counted]
         free = np.column_stack([np.ones(len(y)), data.covariates.values[data.counted]])
         nodes += [
-            _bank(data, options),
+            _bank(thresholds(data.u[data.train], options["N"]), u0_of(data, options)),
             _fitted(data, FINER * options["N"], options, y, free, "hysteresis"),
             Node("first", "differentiator", {}, {"tau": tau}),
             Node("second", "differentiator", {}, {"tau": tau}),
@@ -172,13 +153,14 @@ KINDS = {
         play_bank_mlp,
         (
             Option("N", 32, 1, 10000, text="number of plays"),
-            u0_option("every play rests"),
+            Option("u0", None, -1e300, 1e300, text="initial memory: every play rests at this input; default estimated"),
             *network_options(hidden=6, starts=2, iterations=150, least_decay=LEAST_DECAY),
         ),
         (Candidate(CLOSES, 2.0, 0.05, quick=QUICK),),
         Memory(700.0, "N"),
         records=True,
         covariates=True,
+        own_memory=True,
     ),
     "fitted_operator_mlp": Row(
         "fitted weighted plays and a network on (x, their sum)",

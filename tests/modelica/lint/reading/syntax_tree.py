@@ -100,7 +100,6 @@ def plain(reference: str) -> str:
 
 # ---- Sizes in a class for the defaults of its parameters: which components there are, and how many scalars they have
 PRIMITIVE = ("Real", "Integer", "Boolean")
-Scope = dict[str, Any]
 
 
 def lineage(c: library.Class) -> Iterator[library.Class]:
