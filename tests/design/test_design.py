@@ -129,14 +129,6 @@ def test_margins_of_an_integral_loop() -> None:
     assert not margins(loop(one, Node("c", "pid", {}, {"Kp": 0.0, "Ki": k}), H, delay=2, gain=20.0)).stable
 
 
-def test_the_delay_margin_is_where_the_loop_breaks() -> None:
-    """Whole steps of delay in the loop: stable below the margin, unstable above it."""
-    c = Node("c", "pid", {}, {"Kp": 1.2, "Ki": 8900.0, "Kd": 6.9e-4})
-    limit = margins(loop(G0, c, H)).delay_steps
-    assert margins(loop(G0, c, H, delay=int(limit))).stable
-    assert not margins(loop(G0, c, H, delay=int(limit) + 1)).stable
-
-
 def test_gains_carry_their_units() -> None:
     found = {g.name: g for g in gains(Node("b", "sliding_mode", {}, {"lam": 1300.0, "k_i": 1e7}))}
     assert str(found["lam"]) == "lam = 1300 1/s  (slope of the sliding line)"
@@ -176,15 +168,6 @@ def test_a_discrete_delay_is_what_the_core_steps():
     assert core[1:] == pytest.approx(np.array(rows), abs=1e-12 * np.abs(core).max())
 
 
-@pytest.mark.parametrize("steps", [1, 4])
-def test_the_frequency_response_is_that_of_the_parts(steps: int):
-    w = 2 * np.pi * np.array([10.0, 300.0, 2000.0])
-    z = np.exp(1j * w * H)
-    alone = np.array([complex(to_control(G0, H)(k)) for k in z])
-    late = np.array([complex(to_control(chain(steps), H)(k)) for k in z])
-    assert late == pytest.approx(2.5 * alone * z**-steps, rel=1e-9)
-
-
 def test_two_delays_one_behind_the_other_and_one_at_the_input():
     nodes = [Node("a", "delay", {"n": 2}), Node("b", "delay", {"n": 1}), G0]
     graph = Graph(
@@ -198,12 +181,6 @@ def test_two_delays_one_behind_the_other_and_one_at_the_input():
     y, v = (complex(k) for k in np.ravel(system(z)))
     assert v == pytest.approx(z**-3, rel=1e-12)
     assert y == pytest.approx(complex(to_control(G0, H)(z)) * z**-3, rel=1e-9)
-
-
-def test_pade_on_request():
-    s = 2j * np.pi * 200
-    exact = 2.5 * complex(to_control(G0)(s)) * np.exp(-s * 3 * H)
-    assert complex(to_control(chain(3), pade=3)(s)) == pytest.approx(exact, rel=1e-6)
 
 
 def test_a_model_with_delay_is_linearised():

@@ -161,15 +161,6 @@ def peak_db(L):
     return 20 * np.log10(-found.fun)
 
 
-@pytest.mark.parametrize("delay", [0, 1])
-def test_the_peak_of_a_pid_loop_is_that_of_its_closed_forms(delay):
-    found = of("pid", "sine_100")
-    values = found.system.case.units["pid"].values
-    own = delays_of(found) + delay
-    expected = peak_db(lambda z: pid_of(values, z) * zoh(z) * z**-own)
-    assert found.margins(1.0, delay).Ms_db == pytest.approx(expected, abs=1e-6)
-
-
 def test_the_peak_of_a_loop_with_observer_is_that_of_its_equations():
     """Observer and law at each z as four linear equations in x and u, for y = 1: see the test of the observer above."""
     found = of("pid_observer", "sine_100")

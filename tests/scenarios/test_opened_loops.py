@@ -105,18 +105,6 @@ def test_noise_and_poles_of_a_loop_stepped_by_hand(slope: float, delay: float) -
     assert made.response(slope, delay)[::40] == pytest.approx(-slope * K * np.array(plant), rel=1e-8)
 
 
-def test_without_further_delay_is_the_default() -> None:
-    made = loop(LEAD, LAG2)
-    memory = replace(loop(WITH_MEMORY, LAG2), memories=(repetitive(40, 0.5, 0.2),))
-    for of, at in [(made.margins, vars(made.margins(1.0, 0.0))), (made.margins, vars(made.margins(slope=1.0)))]:
-        assert vars(of()) == at
-    assert made.noise_gain() == made.noise_gain(1.0, 0.0) != made.noise_gain(1.0, 1.0)
-    assert made.worst_peak_db() == made.worst_peak_db(0.0) != made.worst_peak_db(1.0)
-    assert memory.learning() == memory.learning(1.0, 0.0) != memory.learning(1.0, 2.0)
-    assert memory.learning() != memory.learning(2.0, 0.0)
-    assert made.response().tolist() == made.response(1.0, 0.0).tolist() != made.response(1.0, 1.0).tolist()
-
-
 # ---- broken elsewhere ----------------------------------------------------------------------------------------------
 def test_a_loop_broken_at_a_signal_closes_the_rest() -> None:
     """Constant gains: L = -(d11 + d10 G d01 / (1 - d00 G)) with G = slope / z."""
@@ -153,6 +141,8 @@ def test_corrections_shrink_by_their_factor() -> None:
         G = slope / z
         want = np.abs(memory.factor(made._angles, -G / (1 + P * G))).max()
         assert made.learning(slope) == pytest.approx(want, rel=1e-9)
+    slow = loop(WITH_MEMORY, LAG2, memories=(memory,))
+    assert slow.learning() == slow.learning(1.0, 0.0) != slow.learning(1.0, 2.0)
     assert np.isnan(loop(integrator(30.0)).learning())
 
 

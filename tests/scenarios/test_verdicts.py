@@ -214,7 +214,6 @@ def cells(line: str) -> list[str]:
     return line.split()
 
 
-# ---- on a terminal -------------------------------------------------------------------------------------------------
 def shown(
     value: float, limit: float | None = 1.0, kind: str = "peak", name: str = "m", base: float | None = None
 ) -> Verdict:

@@ -162,9 +162,6 @@ def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_p
 
 
 def test_workers_end_with_the_pool(write: Any) -> None:
-    from hystfmu.scenario import Run, build
-    from hystfmu.studies import Study
-
     study = Study(write())
     with Pool([build(c) for c in study.cases], Run("native", seconds=10.0), 2) as pool:
         assert list(pool.run([], 5)) == []
@@ -251,7 +248,6 @@ def test_retry_runs_failed_rows_again_and_no_others(
     assert (folder / "results.parquet").read_bytes() == whole
 
 
-# ---- tasks and pool --------------------------------------------------------------------------------------------------
 # ---- tasks ----------------------------------------------------------------------------------------------------------
 def test_the_id_of_a_run_is_a_hash_of_its_content() -> None:
     content = json.dumps(["mark", {"a": 1.0, "b": 2.0}], sort_keys=True).encode()

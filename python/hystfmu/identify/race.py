@@ -196,6 +196,11 @@ class Race:
         """Return whether the output of a model leaves the range of the record for an input with another memory."""
         return guards.leaves(trial.model.graph, self.other, self.data)
 
+    def jumps(self, trial: Trial) -> bool:
+        """Return whether the output of a model leaves the range of the record for steps of the input."""
+        u = self.data.u[self.data.counted]
+        return guards.leaves(trial.model.graph, guards.other_signal(u, float(self.data.u[0])), self.data)
+
     def explained(self) -> bool:
         """Return whether a candidate has only rounding errors on the validation rows."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())

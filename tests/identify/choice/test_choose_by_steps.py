@@ -50,6 +50,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
         monkeypatch.setattr(auto, "method", lambda key: SimpleNamespace(covariates=key == "key takes"))
         monkeypatch.setattr(race.Race, "leaves", lambda self, trial: False)
+        monkeypatch.setattr(race.Race, "jumps", lambda self, trial: False)
         monkeypatch.setattr(auto, "fit_one", fit_one)
         return auto.choose(data, 0, told.append, **more), asked, told
 

@@ -123,6 +123,18 @@ def test_the_preferred_of_equal_ones(race, monkeypatch, excursions, inverses, on
         assert found.name == chosen
 
 
+@pytest.mark.parametrize(
+    ("poor", "error", "chosen"), [(True, 1.9, "calm"), (True, 2.1, "jumps"), (False, 1.9, "jumps")]
+)
+def test_on_one_oscillation_a_model_without_jumps_is_preferred(race, monkeypatch, poor, error, chosen):
+    """Steps are not in such a record: up to twice the error of a model that leaves the range is accepted."""
+    monkeypatch.setattr(race, "poor", poor)
+    monkeypatch.setattr(race, "leaves", lambda t: False)
+    monkeypatch.setattr(race, "jumps", lambda t: t.name == "jumps")
+    race.trials = {t.name: t for t in (trial("jumps", E4, parameters=1), trial("calm", error * E4))}
+    assert auto._preferred(race, True, None, False, {}).name == chosen
+
+
 def test_a_static_kind_is_no_refuge_where_none_follows(race, monkeypatch):
     """A rate that is not seen leaves static kinds, but only those that follow the data."""
     monkeypatch.setattr(race, "leaves", lambda t: False)

@@ -49,7 +49,7 @@ class Fitting:
         )
         self.error, self.asked = error, []
         self.data = Dataset.from_signal(np.arange(float(rows)), np.arange(float(rows)), H)
-        self.kept = np.arange(90)
+        self.kept, self.noise = np.arange(90), np.inf  # no error is clear: no back-relaxation is tried
 
     def tried(self, parts, start=None, wanted=np.inf):
         self.asked.append((parts, start))

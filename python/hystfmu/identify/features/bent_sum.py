@@ -61,17 +61,13 @@ class Following:
             found[j, : {"none": 0, "bend": size}.get(level, 1)] = True
         return found
 
-    def factor(self, g: Array) -> Array:
-        """Return 1 + g' theta, shape (n,)."""
-        return np.asarray(1 + self.theta @ g)
-
     def columns(self, basis: Array, g: Array) -> Array:
         """Return the regressors that belong to the coefficients of b and to the fitted coefficients of b_j.
 
         `basis` (n, size) contains the polynomials of v, and g (m,) contains the gains.
         """
         rows, orders = np.nonzero(self.free(basis.shape[1]))
-        return np.hstack([basis * self.factor(g)[:, None], self.theta[:, rows] * basis[:, orders]])
+        return np.hstack([basis * (1 + self.theta @ g)[:, None], self.theta[:, rows] * basis[:, orders]])
 
     def coefficients(self, found: Array, size: int) -> tuple[Array, Array]:
         """Split the weights of the regressors `columns` into the coefficients of b (size,) and of b_j (m, size)."""
@@ -82,7 +78,7 @@ class Following:
 
     def value(self, v: Array, q: Array, c: Array, g: Array) -> Array:
         """Return b(v, theta), shape (n,), for the coefficients q of b and the coefficients c of b_j."""
-        own: Array = self.factor(g) * np.asarray(legendre.legval(v, q), float)
+        own: Array = (1 + self.theta @ g) * np.asarray(legendre.legval(v, q), float)
         return np.asarray(own + np.sum(self.theta * np.asarray(legendre.legval(v, c.T), float).T, axis=1))
 
     def slope(self, v: Array, q: Array, c: Array, g: Array) -> Array:

@@ -154,10 +154,9 @@ def _around(wanted: np.ndarray, at: int) -> slice:
 COLUMNS = 18  # number of columns in a small curve; each column spans the errors in its interval
 WIDE, HIGH = 72, 20
 BAD = ' class="bad"'
-CAPTION = (
-    "Each cell: the error over time, scaled to its largest value; {names}; the verdict on all metrics. "
-    "A cell leads to its case."
-)
+MOST_CURVES = 800  # largest number of cases with curves in the matrix; each curve adds 250 bytes to the page
+CAPTION = "Each cell: {names}; the verdict on all metrics. A cell leads to its case."
+WITH_CURVES = CAPTION.replace(": ", ": the error over time, scaled to its largest value; ", 1)
 
 
 def place(r: CaseResult) -> str:
@@ -177,12 +176,15 @@ def matrix(results: Sequence[CaseResult]) -> str:
     if len(scenarios) > len(cases):
         cells, down, across, corner = {(s, c): r for (c, s), r in cells.items()}, scenarios, cases, "scenario"
     names = " or ".join(sorted({_name(v) for r in results if (v := main_verdict(r)) is not None}))
+    curves = len(results) <= MOST_CURVES
+    caption = (WITH_CURVES if curves else CAPTION).format(names=names)
     head = "".join(f'<th scope="col">{escape(a)}</th>' for a in across)
     rows = "".join(
-        f'<tr><th scope="row">{escape(d)}</th>{"".join(_cell(cells.get((d, a))) for a in across)}</tr>' for d in down
+        f'<tr><th scope="row">{escape(d)}</th>{"".join(_cell(cells.get((d, a)), curves) for a in across)}</tr>'
+        for d in down
     )
     return (
-        f'<p class="lead">{escape(CAPTION.format(names=names))}</p><div class="wide"><table class="matrix">'
+        f'<p class="lead">{escape(caption)}</p><div class="wide"><table class="matrix">'
         f'<tr><th scope="col">{corner}</th>{head}</tr>{rows}</table></div>'
     )
 
@@ -194,15 +196,16 @@ def _name(v: Verdict) -> str:
     return f"{v.metric} ({'RMS' if kind == 'rms' else kind}{unit})"
 
 
-def _cell(r: CaseResult | None) -> str:
-    return "<td></td>" if r is None else f"<td>{linked(r)}</td>"
+def _cell(r: CaseResult | None, curve: bool) -> str:
+    return "<td></td>" if r is None else f"<td>{linked(r, curve)}</td>"
 
 
-def linked(r: CaseResult) -> str:
+def linked(r: CaseResult, curve: bool = True) -> str:
     """Return the error curve, the metric and the verdict of a case, as a link to the case."""
     v = main_verdict(r)
     number = "" if v is None else f"{escape(figure_of(v.value, v.kind))} "
-    return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{_curve(r)}{number}{word_of(r)}</a>'
+    error = _curve(r) if curve else ""
+    return f'<a class="{"ok" if r.passed else "bad"}" href="#{place(r)}">{error}{number}{word_of(r)}</a>'
 
 
 def _curve(r: CaseResult) -> str:
