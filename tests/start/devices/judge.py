@@ -36,7 +36,7 @@ def figures(seed: int, index: int, kind: str, folder: Path) -> dict[str, Any]:
 
 
 def start(csv: Path, out: Path, *options: str) -> dict[str, Any]:
-    """Run `hystfmu start`; return its verdict, from verdict.json where it writes one."""
+    """Run `hystfmu start`; return its verdict, from verdict.json."""
     before = _cpu()
     command = [sys.executable, "-m", "hystfmu.cli", "start", str(csv), "-o", str(out), "--json", *options]
     try:
@@ -46,8 +46,7 @@ def start(csv: Path, out: Path, *options: str) -> dict[str, Any]:
     if done.returncode not in (0, 1):
         return _none((done.stderr.strip().splitlines() or ["nothing said"])[-1], done.returncode, _cpu() - before)
     told = json.loads(done.stdout)
-    file = out / "verdict.json"
-    verdict = json.loads(file.read_text()) if file.exists() else _of_today(told)
+    verdict = json.loads((out / "verdict.json").read_text())
     return {
         "approved": verdict["approved"],
         "feedback": verdict["feedback"],
@@ -56,12 +55,8 @@ def start(csv: Path, out: Path, *options: str) -> dict[str, Any]:
         "references": verdict["references"],
         "status": done.returncode,
         "seconds": round(_cpu() - before, 1),
-        "one_verdict": (done.returncode == 0) == verdict["approved"] == _passed(told),
+        "one_verdict": (done.returncode == 0) == verdict["approved"] == told["verdict"]["approved"],
     }
-
-
-def _passed(told: dict[str, Any]) -> bool:
-    return bool(told["verdict"]["approved"] if "verdict" in told else told["passed"])
 
 
 def _cpu() -> float:
@@ -80,24 +75,6 @@ def _none(reason: str, status: int | None, seconds: float) -> dict[str, Any]:
         "status": status,
         "seconds": round(seconds, 1),
         "one_verdict": False,
-    }
-
-
-def _of_today(told: dict[str, Any]) -> dict[str, Any]:
-    """The verdict in what `start --json` said before there was a verdict.json."""
-    shapes = {"sine": "sine", "triangle": "triangle", "nested": "nested"}
-    stated = {c["case"]: c["rms_percent"] for c in told.get("cases", ())}
-    references = [
-        {"name": name, "shape": shape, "rms_percent": float(stated[name]), "bound_percent": float(stated[name])}
-        for name, shape in shapes.items()
-        if stated.get(name, "stopped") != "stopped"
-    ]
-    return {
-        "approved": told["passed"],
-        "feedback": "full" if "gains" in told else "none",
-        "reasons": [] if told["passed"] else [str(told.get("no_loop", "a limit is broken"))],
-        "controller": "pi" if "gains" in told else None,
-        "references": references,
     }
 
 
