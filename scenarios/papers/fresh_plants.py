@@ -84,9 +84,8 @@ def _bent_rows(kind: str, name: str, seeds: Sequence[int]) -> list[Row]:
                 all(e["rms_percent"] <= limits[k][0] and e["max_percent"] <= limits[k][1] for k, e in found.items())
             )
             worst = max(worst, *(e["rms_percent"] for e in found.values()))
-    what = f"plays, straight and bent: plants of {len(inside)} on which {kind} is inside the limits, {name}"
-    note = f"worst RMS of all signals {worst:.3g} % of span"
-    return [Row(what, ours=sum(inside), target=len(inside), at_least=True, note=note)]
+    n = len(inside)
+    return [ROW("inside", ours=sum(inside), target=n, n=n, kind=kind, name=name, worst=worst)]
 
 
 def _odd_rows(kind_of_plant: str, name: str, seeds: Sequence[int]) -> list[Row]:
@@ -100,8 +99,8 @@ def _odd_rows(kind_of_plant: str, name: str, seeds: Sequence[int]) -> list[Row]:
         data = _recorded(plant, seed, NOISE)
         found = accuracy.held_out_table(fit(data, "actuator", seed), plant, data.span, signals.held_out(5000 + seed))
         errors.append(max(e["rms_percent"] for e in found.values()))
-    what = f"{kind_of_plant.replace('_', '-')} plants: actuator, worst held-out RMS, % of span, {name}"
-    return [Row(what, ours=max(errors), target=0.5, note=f"median of {len(errors)} plants {np.median(errors):.3g}")]
+    kind, median = kind_of_plant.replace("_", "-"), float(np.median(errors))
+    return [ROW("odd", ours=max(errors), kind=kind, name=name, n=len(errors), median=median)]
 
 
 def _actuator_rows(seed: int) -> list[Row]:

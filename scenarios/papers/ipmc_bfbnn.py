@@ -188,8 +188,7 @@ def _noises(point: Point) -> list[Row]:
     for noise in NOISES:
         pairs = _pairs(*point[:3], noise)
         of = [[_most(made(a), b) for a, b in pairs] for made in (lambda a: _direct(a, N, READINGS[point[3]]), _fitted)]
-        name = f"max error, with f, validation, mV: noise {noise:.2g} mV"
-        rows.append(Row.over_seeds(name, PRINTED[0], of, note="another noise", group="scan"))
+        rows.append(ROW.over_seeds("noise", of, printed=PRINTED[0], noise=noise))
     return rows
 
 
@@ -221,14 +220,10 @@ def _structure(point: Point, progress: Callable[[float], None]) -> tuple[list[Ro
         for n, printed in TABLE_1.items():
             for k, name in enumerate(("IC", "TC")):
                 figures = [c[n][k] if c else [] for c in of]
-                rows.append(Row.over_seeds(f"{name}({n}), mV^2", printed[k], figures, note=WHY, place="table 1"))
+                rows.append(ROW.over_seeds("criterion", figures, printed=printed[k], name=name, n=n))
         falls = [[a / b for a, b in zip(c[7][0], c[10][0], strict=True)] if c else [] for c in of]
-        what, best = "IC(7) / IC(10): effect of more lags", [_best(c) for c in of]
-        return [
-            *rows,
-            Row.over_seeds(what, PRINTED_FALL, falls, note=WHY, place="table 1", sense="least"),
-            Row.over_seeds("n with the smallest TC", 9.0, best, note=WHY, place="table 1", sense="equal"),
-        ]
+        best = [_best(c) for c in of]
+        return [*rows, ROW.over_seeds("lags", falls, printed=PRINTED_FALL), ROW.over_seeds("smallest", best)]
 
     scan = {p: rows_of([{}, c]) for p, c in found.items()}
     taken = [
@@ -289,8 +284,7 @@ def _bases(pairs: Sequence[tuple[Dataset, Dataset]]) -> list[Row]:
     }
     for name, g in shapes.items():
         of = [errors_of(partial(auxiliary, corrected=kept, g=g)) for kept in (False, True)]
-        what = f"f(x) = {name}, last extremum: max error, mV"
-        rows.append(Row.over_seeds(what, None, of, note="ours: sign of u - u_ex kept", place="eq. 3"))
+        rows.append(ROW.over_seeds("shape", of, name=name))
     return rows
 
 

@@ -94,9 +94,7 @@ def implicit_rows(name: str, plant: Response, reversals: int) -> list[Row]:
     data = recorded(plant, reversals)
     few, made = (inverse(fit(data, "play_bank_mlp", N=n), "implicit") for n in (16, 32))
     worst = [cascade(m, plant)["max_percent"] for m in (few, made)]
-    note = f"16 plays: {worst[0]:.2g}"
-    what = f"implicit inverse of 32 plays and network before the plant, {name}, worst held-out max, % of span"
-    return [Row(what, ours=worst[1], target=0.5, note=note)]
+    return [ROW("implicit", ours=worst[1], name=name, few=worst[0])]
 
 
 def cascade(made: Model, plant: Response) -> dict[str, float]:

@@ -106,8 +106,7 @@ def table(data: Path | None, progress: Progress, hidden: Sequence[int] = SWEEP) 
     rows += [*_orders(halves), *networks, *pis]
     progress(0.65)
     less = [[100 * (1 - a / b) for a, b in zip(*of, strict=True)] for of in zip(network_mse, pi_mse, strict=True)]
-    note = "the same records for both; PI fits a symmetric loop, which this actuator does not have"
-    rows.append(ROW.over_seeds("less", less, printed=PAPER_LESS, target=PAPER_LESS, note=note))
+    rows.append(ROW.over_seeds("less", less, printed=PAPER_LESS, target=PAPER_LESS))
     rows = [replace(r, scanned=counts.get(r.quantity)) for r in rows] + scan
     rows += [*sums_of_plays.fit_rows(), *sums_of_plays.step_rows()]
     progress(0.7)
@@ -231,12 +230,7 @@ def _orders(halves: Sequence[Dataset]) -> list[Row]:
         for k, (data, rows, chosen) in enumerate(((half, second, LITERAL), (inner, within, {}))):
             of = {m: _mse(fit(data, "constraint_factor_mlp", seed, m=m, **QUICK, **chosen), data, rows) for m in ORDERS}
             best[k].append(float(min(ORDERS, key=of.__getitem__)))
-    what = "order m of the polynomial with the least MSE"
-    return [
-        Row.over_seeds(
-            what, 9.0, best, note=f"the order depends on record and start: {ANOTHER}", place="sec. 3.1", sense="equal"
-        )
-    ]
+    return [ROW.over_seeds("order", best)]
 
 
 # ---- the operator ----------------------------------------------------------------------------------------------------
@@ -334,8 +328,7 @@ def _many_plays(halves: Sequence[Dataset]) -> tuple[list[Row], list[list[float]]
         made = [lambda half, seed, n=n: paper_pi(half, n), lambda half, seed, n=n: fit(half, "prandtl_ishlinskii", N=n)]
         of = _each(halves, made)
         mse = mse or of
-        note = f"ours with N = 40: {few:.4g}; {ANOTHER}"
-        rows.append(Row.over_seeds(f"MSE, PI, N = {n}, second half", printed, of, note=note, place="table 3"))
+        rows.append(ROW.over_seeds("plays", of, printed=printed, n=n, few=few))
     half = halves[0]
     started = time.perf_counter()
     models = [paper_pi(half, PAPER_PI_N)]
@@ -422,9 +415,7 @@ def _on_measured(data: Dataset) -> list[Row]:
     network = fit(data, "constraint_factor_mlp")
     what = "piezo stack, measured, RMS, um:"
     return [
-        Row(
-            f"{what} constraint factor + 2-5-1", None, rms(fit(data, "constraint_factor_mlp", **LITERAL)), rms(network)
-        ),
+        ROW("measured", rms(fit(data, "constraint_factor_mlp", **LITERAL)), rms(network), what=what),
         Row(f"{what} PI", None, rms(paper_pi(data, PAPER_PI_N)), rms(fit(data, "prandtl_ishlinskii"))),
         Row(f"{what} actuator", None, None, rms(fit(data, "actuator"))),
         Row(f"{what} fitted PI + 2-12-1", None, None, rms(fit(data, "fitted_operator_mlp"))),

@@ -37,10 +37,8 @@ def fit_rows() -> list[Row]:
             (fit(data, "prandtl_ishlinskii", N=n) for _ in range(REPEATS if n <= 1000 else 1)),
             key=lambda m: m.fit["seconds"],
         )
-        note = f"largest error {best.fit['max_percent'] / 100:.1e} of span, no noise"
-        rows.append(
-            Row(f"PI fit, 2000 samples, N = {n}, s", ours=best.fit["seconds"], target=target, note=note, group="speed")
-        )
+        error = best.fit["max_percent"] / 100
+        rows.append(ROW("fit", ours=best.fit["seconds"], target=target, n=n, error=error))
     return rows
 
 

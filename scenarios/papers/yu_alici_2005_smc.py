@@ -82,18 +82,10 @@ def _figures() -> list[Row]:
     for figure in FIGURES:
         records = [measured(excitation(figure), seed) for seed in range(SEEDS)]
         of = [[fit(d, "rate_mlp", k, **o).fit["rms_percent"] for k, d in enumerate(records)] for o in (LITERAL, {})]
-        name = f"{titles[figure]}: RMS on the training signal, %FS"
-        note = (
-            "network on (u, du/dt) | with plays and rates of a PI fit; errors on the training signal, as in the paper"
-        )
-        rows.append(Row.over_seeds(name, None, of, note=note, place=f"fig. {figure}"))
+        rows.append(ROW.over_seeds("trained", of, title=titles[figure], figure=figure))
     tone = measured(np.sin(2 * np.pi * 50 * np.arange(2000) / RATE))
     literal = [fit(tone, "rate_mlp", k, **LITERAL).fit["rms_percent"] for k in range(SEEDS)]
-    note = "one tone is an ellipse in (u, du/dt): the only case in which the rate acts as memory"
-    return [
-        *rows,
-        Row.over_seeds("a single tone, 50 Hz: RMS on the training signal, %FS", None, [literal, []], note=note),
-    ]
+    return [*rows, ROW.over_seeds("tone", [literal, []])]
 
 
 def _identification() -> tuple[list[Row], Plot]:
@@ -113,21 +105,16 @@ def _identification() -> tuple[list[Row], Plot]:
 
     rows = [Row.over_seeds(f"held out, {name}: RMS, %FS", None, held_out(name), target=0.06) for name in of[0][0]]
     worst = [[max(e["rms_percent"] for e in t.values()) for t in tables] for tables in of]
-    note = "two tones reach 185 Hz, the training data 100 Hz: a network does not extrapolate"
     found = {name: [m.fit[name] for m in ours] for name in ("f_n", "zeta", "delay")}
     inverse_row, drawing = _inverse(records, ours[0])
     medians = float(np.median([m.fit["rms_percent"] for m in ours])), float(np.median(worst[2]))
     return [
         *rows,
         *dynamic_preisach.rows(records[0], actuator, medians),
-        Row.over_seeds("held out, worst RMS of the network with memory inputs, %FS", None, worst[:2], note=note),
-        Row.over_seeds(
-            "natural frequency: error, %", None, [[], [100 * abs(v / F_N - 1) for v in found["f_n"]]], target=1.0
-        ),
-        Row.over_seeds("damping: error, %", None, [[], [100 * abs(v / ZETA - 1) for v in found["zeta"]]], target=1.0),
-        Row.over_seeds(
-            "delay: error, samples", None, [[], [abs(v - DELAY) * RATE for v in found["delay"]]], target=0.1
-        ),
+        ROW.over_seeds("network", worst[:2]),
+        ROW.over_seeds("f_n", [[], [100 * abs(v / F_N - 1) for v in found["f_n"]]]),
+        ROW.over_seeds("zeta", [[], [100 * abs(v / ZETA - 1) for v in found["zeta"]]]),
+        ROW.over_seeds("delay", [[], [abs(v - DELAY) * RATE for v in found["delay"]]]),
         inverse_row,
     ], drawing
 
@@ -149,10 +136,7 @@ def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Plot]:
         Line(name, wanted, m.predict(wanted, 1 / RATE))
         for name, m in (("network on (y, dy/dt)", literal[0]), ("ours", exact))
     ]
-    note = "literal: network on (y, dy/dt); ours without feed-forward of G0 and delay, whose lag remains"
-    what = "inverse in front of the actuator, decaying sine of 2 Hz: max error, % of stroke"
-    row = Row.over_seeds(what, None, of, note=note, place="fig. 9")
-    return row, Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000)
+    return ROW.over_seeds("cascade", of), Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000)
 
 
 # ---- closed loops ------------------------------------------------------------------------------------------------
@@ -337,14 +321,14 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Plot, 
                 Row(f"{f} Hz, {name}sliding mode with integral", None, None, ours(integral, case)),
                 Row(
                     f"{f} Hz, {name}internal model",
-                    ours=ours("internal_model", case),
-                    target=None if suffix else target,
+                    None,
+                    None,
+                    ours("internal_model", case),
+                    None if suffix else target,
                 ),
             ]
     limits = {"sliding_mode__u_min": -2.0, "sliding_mode__u_max": 2.0}
     chattering = loops.run(law, "sine_10", loops.ours, sliding_mode__eta=1.1, **limits)
-    note = "literal: eta 1.1, as the printed bound needs eta > 1, u limited to +-2; ours: sliding mode with integral"
     smooth = loops.run(integral, "sine_10", loops.ours)
-    rows.append(Row("10 Hz, total variation of u / feed-forward", None, chattering[1], smooth[1], 2.0, note=note))
-    rows.append(Row("10 Hz, tracking of these two", None, chattering[0], smooth[0], 0.03))
+    rows += [ROW("variation", chattering[1], smooth[1]), ROW("tracking", chattering[0], smooth[0])]
     return rows, loops.drawings()

@@ -162,10 +162,7 @@ def _validation(plant: Response, progress: Callable[[float], None]) -> tuple[lis
 def _weights(plant: Response) -> Row:
     """Return a table row with the number of weights and biases in the network of section IV."""
     model = fit(_first_half(experiment(plant)), "zhao_tan_mlp", iterations=1, starts=1)
-    what = "weights and biases of the 2-12-1 network"
-    return Row(
-        what, 49.0, None, float(model.fit["parameters"]), note="operator and network", place="fig. 3", sense="equal"
-    )
+    return ROW("weights", ours=float(model.fit["parameters"]))
 
 
 def _first_half(record: Dataset) -> Dataset:

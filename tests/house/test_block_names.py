@@ -108,7 +108,7 @@ ALLOWED: dict[str, dict[str, str]] = {
         ("delay", "quantiser", "sum"), "PASSED_ON: the output has the unit of measure of the inputs"
     ),
     "start/page.py": {"reference": "reference_table(): head of a column"},
-    "start/requirements.py": dict.fromkeys(("reference", "amplifier", "delay"), "Requirements: names of what is asked"),
+    "start/requirements.py": dict.fromkeys(("reference", "amplifier"), "Requirements: names of what is asked"),
     "start/loop.py": {EVERY: "loop_scenario(): a scenario names its units and their blocks"},
     "start/run.py": {"scaling": "drawn(): the gain of a model without second-order dynamics"},
     "start/device.py": {

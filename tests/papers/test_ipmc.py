@@ -18,6 +18,7 @@ from hystfmu.identify.solvers.ridge import least_squares
 from papers import ipmc_sensor
 from papers.recursive import Recursive
 from papers.statements.printed import PrintedRecursive, auxiliary
+from papers.table import figure
 
 
 @pytest.fixture(scope="module")
@@ -299,5 +300,5 @@ def test_table_meets_its_targets():
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
     assert "68.7" in report.text()
-    assert {d.place for d in report.drawings} == {"fig. 1", "fig. 3", "fig. 4"}
+    assert {figure(d) for d in report.drawings} == {"fig. 1", "fig. 3", "fig. 4"}
     reasons.check(report)

@@ -17,7 +17,7 @@ from hystfmu.cli import main
 from hystfmu.data import signals
 from papers import drawn_plants, dynamic_preisach, fresh_plants, loops, reproduce
 from papers.loops import ASKED, ASKED_PERIODIC, CORNERS, Structure
-from papers.table import Report
+from papers.table import Report, figure
 
 
 @pytest.fixture
@@ -190,11 +190,11 @@ def test_a_density_that_depends_on_the_rate_needs_equation_3(monkeypatch, dynami
 
 def test_the_relay_and_the_plane_are_drawn():
     relay, plane = dynamic_preisach.drawings()
-    assert [relay.place, plane.place] == ["fig. 4", "fig. 5"]
-    u, y = relay.plot.lines[0].x, relay.plot.lines[0].y
+    assert [figure(relay), figure(plane)] == ["fig. 4", "fig. 5"]
+    u, y = relay.lines[0].x, relay.lines[0].y
     assert set(y[u > dynamic_preisach.ALPHA]) == {1.0}
     assert set(y[u < dynamic_preisach.BETA]) == {-1.0}
-    beta, alpha = plane.plot.lines[1].x, plane.plot.lines[1].y
+    beta, alpha = plane.lines[1].x, plane.lines[1].y
     assert (np.diff(beta) >= 0).all()
     assert (np.diff(alpha) <= 0).all()
     assert ((np.diff(beta) == 0) ^ (np.diff(alpha) == 0)).all(), "a staircase"
@@ -205,7 +205,7 @@ def test_the_relay_and_the_plane_are_drawn():
 def test_the_whole_table():
     report = reproduce("yu_alici_2005_smc")
     assert [f"{r.quantity}: {r.verdict()}" for r in report.rows if r.met is False] == []
-    assert {d.place for d in report.drawings} == {f"fig. {n}" for n in range(3, 12)}
+    assert {figure(d) for d in report.drawings} == {f"fig. {n}" for n in range(3, 12)}
     reasons.check(report)
     of = {r.quantity: r for r in report.rows}
     static, dynamic = (of[f"{name}: RMS, %FS, training signal"] for name in ("Preisach sum", "dynamic Preisach sum"))

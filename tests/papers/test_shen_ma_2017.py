@@ -29,6 +29,7 @@ from hystfmu.identify.methods.constraint_factor_mlp import (
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.model import accuracy
 from papers import Report, magnetostrictive_plant, reproduce, shen_ma_2017
+from papers.table import figure
 
 A = np.array([0.6, 0.5, 0.3])  # increasing
 LITERAL = {"branch": "literal", "memory": "last"}
@@ -227,7 +228,7 @@ def test_table(monkeypatch):
     assert rows["plays that never come back, %"].literal == pytest.approx(50, abs=1)
     assert all(0 <= f <= 1 for f in fractions)
     assert "0.4327" in report.text()
-    assert {d.place for d in report.drawings} == {f"fig. {n}" for n in (1, 2, 3, 4)}
+    assert {figure(d) for d in report.drawings} == {f"fig. {n}" for n in (1, 2, 3, 4)}
     reasons.check(report)
 
 

@@ -11,7 +11,7 @@ from click.testing import Result
 from own_loop import F_N, KI, LATE, SLOPES, H, N, command, held_mode, loop
 
 import hystfmu as hy
-from hystfmu.cli.design import STRUCTURES
+from hystfmu.cli.signature import structures as named
 from hystfmu.design import structures
 
 
@@ -172,7 +172,7 @@ def test_a_range_that_the_reference_leaves_winds_nothing_up(tmp_path: Path) -> N
 
 
 # ---- replaced controllers --------------------------------------------------------------------------------------------
-NAMES = sorted(STRUCTURES)
+NAMES = sorted(named())
 
 
 @pytest.fixture(scope="module")
@@ -195,7 +195,7 @@ def of_structures(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def test_there_is_a_command_for_every_structure() -> None:
-    assert {k: s.text for k, s in structures.STRUCTURES.items()} == STRUCTURES
+    assert {k: s.text for k, s in structures.STRUCTURES.items()} == named()
 
 
 @pytest.mark.parametrize("name", NAMES)

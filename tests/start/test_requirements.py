@@ -11,10 +11,11 @@ from click.testing import CliRunner
 from scipy.linalg import expm
 
 import hystfmu as hy
+from hystfmu.base import PACKAGE
 from hystfmu.cli import main
-from hystfmu.start.page import SCHEMA
 
 H, F_N, ZETA = 2.5e-4, 300.0, 0.03
+SCHEMA = json.loads((PACKAGE / "start" / "verdict.schema.json").read_text())
 
 
 def call(*words: object) -> tuple[int, str, str]:

@@ -115,7 +115,7 @@ def test_without_an_inverse_the_model_stays(tmp_path: Path) -> None:
     """A butterfly, such as the strain of a magnetostrictive rod over its current: no controller, all the rest."""
     u = np.sin(np.arange(400) / 20)
     hy.Dataset(1e-3 * np.arange(400), u, u**2).to_csv(tmp_path / "folded.csv")
-    words = ["start", tmp_path / "folded.csv", "--model", "play_bank_mlp", "-o", tmp_path / "mine"]
+    words = ["start", tmp_path / "folded.csv", "--model", "constraint_factor_mlp", "-o", tmp_path / "mine"]
     status, _, err = call(*words)
     assert status == 1
     (line,) = [line for line in err.splitlines() if line.startswith("no loop: ")]

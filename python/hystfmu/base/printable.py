@@ -51,3 +51,8 @@ def _is_printable(c: str) -> bool:
 
 def _escaped(c: str) -> str:
     return c.encode("unicode_escape").decode()
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return a name with its unit of measure in parentheses; the unit "1" is not shown."""
+    return f"{name} ({unit})" if unit not in ("", "1") else name

@@ -15,24 +15,13 @@ from hystfmu.base.errors import InputError
 from hystfmu.base.files import together
 from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
 from hystfmu.cli.scenarios import found
-from hystfmu.cli.signature import of
+from hystfmu.cli.signature import of, structures
 from hystfmu.report.terminal import echo, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.scenario import Scenario
     from hystfmu.scenario import Results
 
-STRUCTURES = {  # copy of hystfmu.design.structures, whose import would slow down --help
-    "integral": "integral controller without filters",
-    "integral_roll_off": "integral with roll-off",
-    "pi": "PI with roll-off",
-    "notch": "notches and integral",
-    "pi_notch": "notches and PI",
-    "irc": "integral resonant control",
-    "ppf": "positive position feedback and integral",
-    "internal_model": "internal model of modes and delay around notches and integral",
-    "h_infinity": "H-infinity loop shaping",
-}
 POSITIVE = click.FloatRange(0, min_open=True)
 
 
@@ -187,7 +176,7 @@ def _structure(name: str, text: str) -> None:
         _tell(lines, facts, made.before, made.results, broken, into, as_json)
 
 
-for _name, _text in STRUCTURES.items():
+for _name, _text in structures().items():
     _structure(_name, _text)
 
 

@@ -43,14 +43,18 @@ def found(paths: Sequence[str]) -> list[Path]:
     return places
 
 
-def everything() -> list[Path]:
-    """Return the folders of all scenarios in ./scenarios, or of the shipped scenarios if this folder does not exist.
+def chosen(command: str, scenarios: Sequence[str], all_of_them: bool) -> list[Path]:
+    """Return the paths of the named scenarios, or of all in ./scenarios, or of all shipped ones without this folder.
 
     Raises
     ------
     InputError
-        There is no scenario.
+        There is no scenario, or there are both names and the option ``--all`` of the command.
     """
+    if all_of_them == bool(scenarios):
+        raise InputError(f"{command} needs scenarios or --all (example: hystfmu {command} scenarios/pid)")
+    if scenarios:
+        return found(scenarios)
     (root,) = found(["scenarios"])
     files = [f for depth in ("*", "*/*") for f in root.glob(f"{depth}/scenario.toml")]
     if not files:
@@ -135,9 +139,7 @@ def run(
     from hystfmu.scenario.report.page import write_junit
     from hystfmu.scenario.report.terminal import changes, every_metric, verdicts
 
-    if all_of_them == bool(scenarios):
-        raise InputError("run needs scenarios or --all (example: hystfmu run scenarios/pid)")
-    paths = everything() if all_of_them else found(scenarios)
+    paths = chosen("run", scenarios, all_of_them)
     if record:
         refuse_shipped(paths)
     pages = () if report is None else (Path(report, name) for name in ("report.html", "report.json"))
@@ -237,10 +239,8 @@ def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json
     from hystfmu.report.terminal import progress
     from hystfmu.scenario.loop.table import margin_table
 
-    if all_of_them == bool(scenarios):
-        raise InputError("margins needs scenarios or --all (example: hystfmu margins scenarios/pid)")
+    paths = chosen("margins", scenarios, all_of_them)
     delays = delays or level() == VERBOSE
-    paths = everything() if all_of_them else found(scenarios)
     with progress("margins") as report:
         table = margin_table(paths, progress=report, delays=delays, **how)
     if as_json:

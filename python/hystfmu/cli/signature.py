@@ -138,6 +138,13 @@ def _tree(module: str) -> ast.Module:
     return ast.parse((path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8"))
 
 
+def structures() -> dict[str, str]:
+    """Return the names and descriptions of the controller structures in `hystfmu.design.structures`."""
+    calls = [n for n in ast.walk(_tree("design.structures")) if isinstance(n, ast.Call)]
+    pairs = [c.args[:2] for c in calls if isinstance(c.func, ast.Name) and c.func.id == "Structure"]
+    return {ast.literal_eval(name): ast.literal_eval(text) for name, text in pairs}
+
+
 def _literal(default: ast.expr | None) -> Any:
     try:
         return None if default is None else ast.literal_eval(default)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 import hystfmu.model
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape
+from hystfmu.base.printable import escape, with_unit
 from hystfmu.data import Dataset
 from hystfmu.data.reader.arrays import Columns
 from hystfmu.graph.blocks import Block
@@ -246,7 +246,7 @@ class Model(hystfmu.model.Model):
         lines = [Line("measured", other.u, other.y)] if other.has_output else []
         lines.append(Line("model", other.u, run_along(self.graph, other)))
         source, sink = self.graph.inputs[0], self.graph.outputs[0]
-        u, y = _with_unit("u", other.unit_u or source.unit), _with_unit("y", other.unit_y or sink.unit)
+        u, y = with_unit("u", other.unit_u or source.unit), with_unit("y", other.unit_y or sink.unit)
         return Plot(f"{self.key}: y over u", u, y, lines, points=LOOP_POINTS)
 
     def report(self, data: Dataset | Columns, path: str | Path) -> Path:
@@ -496,7 +496,3 @@ class Model(hystfmu.model.Model):
                 f"The model of {verb}() must have one output, one input and covariates beside it. "
                 f"Got {self.graph.n_inputs} inputs and {self.graph.n_outputs} outputs of {self.key}."
             )
-
-
-def _with_unit(name: str, unit: str) -> str:
-    return f"{name} ({unit})" if unit not in ("", "1") else name

@@ -9,7 +9,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape
+from hystfmu.base.printable import escape, with_unit
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.face.interval import free_run, interval_text, known, parts, table_of
@@ -118,7 +118,7 @@ def explorer_of(model: Model) -> Explorer | None:
     first = {kind: [p for p in model.graph.ports if p.kind == kind] for kind in ("input", "output")}
     if span_of(model) is None or [p.size for (p, *_) in filter(None, first.values())] != [1, 1]:
         return None
-    labels = [f"{p.name} ({p.unit})" if p.unit not in ("", "1") else p.name for (p, *_) in first.values()]
+    labels = [with_unit(p.name, p.unit) for (p, *_) in first.values()]
     return explorer([model], None, *labels)
 
 
@@ -212,7 +212,7 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
         [table_of(parts(y, data, True), data.unit_y)],
         _error_plots(y, data),
     )
-    labels = _with("u", data.unit_u), _with("y", data.unit_y)
+    labels = with_unit("u", data.unit_u), with_unit("y", data.unit_y)
     warned = model.fit.get("warnings", [])
     warnings = Section(
         "Warnings", "" if warned else "None.", [Table(("warning",), [(w,) for w in warned])] if warned else []
@@ -229,12 +229,12 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
 
 def _loop(y: Array, data: Dataset) -> Plot:
     lines = [Line("measured", data.u, data.y), Line("model", data.u, y)]
-    return Plot("loops", _with("u", data.unit_u), _with("y", data.unit_y), lines, points=LOOP_POINTS)
+    return Plot("loops", with_unit("u", data.unit_u), with_unit("y", data.unit_y), lines, points=LOOP_POINTS)
 
 
 def _error_plots(y: Array, data: Dataset) -> list[Plot]:
     """Return plots of the error over time, the error over the input, and the spectrum of the error."""
-    e, label = data.y - y, _with("measured - model", data.unit_y)
+    e, label = data.y - y, with_unit("measured - model", data.unit_y)
     t: Array = np.arange(len(e), dtype=np.float64) * data.h  # records follow one another
     rows = {"training rows": np.zeros(len(e), dtype=bool)}
     rows["training rows"][data.train] = True
@@ -244,7 +244,7 @@ def _error_plots(y: Array, data: Dataset) -> list[Plot]:
     over_input = [Line(name, data.u[k], e[k]) for name, k in rows.items()]
     return [
         Plot("error over time", "time (s)", label, over_time, envelope=True),
-        Plot("error over the input", _with("u", data.unit_u), label, over_input, points=LOOP_POINTS),
+        Plot("error over the input", with_unit("u", data.unit_u), label, over_input, points=LOOP_POINTS),
         _spectrum(e, data),
     ]
 
@@ -289,7 +289,3 @@ def _origin(model: Model) -> Table:
     rows += [(f"option {k}", options[k]) for k in options]
     rows += [(f"version of {k}", v) for k, v in known.get("versions", {}).items()]
     return Table(("origin", "value"), rows)
-
-
-def _with(name: str, unit: str) -> str:
-    return f"{name} ({unit})" if unit not in ("", "1") else name

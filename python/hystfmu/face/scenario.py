@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import copy
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from pydantic import BaseModel
 
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
@@ -16,8 +16,17 @@ from hystfmu.base.files import check
 from hystfmu.face.table import What, completed, described, files, save
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, Engine, Result, run
-from hystfmu.scenario.system.case import NAME, split_end
-from hystfmu.scenario.system.spec import MetricKind, ScenarioSpec, Scheme, UnitSpec, inside
+from hystfmu.scenario.system.case import check_name, split_end
+from hystfmu.scenario.system.spec import (
+    CaseSpec,
+    MarginsSpec,
+    MetricKind,
+    MetricSpec,
+    ScenarioSpec,
+    Scheme,
+    UnitSpec,
+    inside,
+)
 
 if TYPE_CHECKING:
     from hystfmu.scenario.loop.opened import OpenedLoop
@@ -87,18 +96,13 @@ class Scenario:
         coupling: Scheme = "gauss_seidel",
     ) -> None:
         self._origin = f"scenario {name!r}"
-        if not re.fullmatch(NAME, name):
-            raise InputError(f"{self._origin}: The name must be a letter followed by letters, digits or _.")
+        check_name(name, self._origin)
         self._folder: Path | None = None
         self._attached: dict[str, Model | Path] = {}
         if not (isinstance(step, (int, float, np.number)) and np.isfinite(step) and step > 0):
             raise InputError(f"{self._origin}: The step must be a float in (0, inf). Got {step} instead.")
-        self._spec: dict[str, Any] = {"name": name, "step": _number(step)}
-        self._spec |= {"text": text} if text else {}
-        self._spec |= {"stop": _number(stop)} if stop is not None else {}
-        self._spec |= {"ripple": ripple} if ripple != 1 else {}
-        if coupling != "gauss_seidel":
-            self._spec["coupling"] = {"scheme": coupling}
+        self._spec = _stated(ScenarioSpec, name=name, step=_number(step), text=text, stop=_number(stop), ripple=ripple)
+        self._spec |= {"coupling": {"scheme": coupling}} if coupling != "gauss_seidel" else {}
 
     @classmethod
     def load(cls, path: str | Path) -> Scenario:
@@ -178,18 +182,12 @@ class Scenario:
             A unit with this name exists, or `what` cannot be a unit.
         """
         where = f"{self._origin}: units.{name}"
-        if not re.fullmatch(NAME, name):
-            raise InputError(
-                f"{where}: The name must be a letter followed by letters, digits or _. Got {name!r} instead."
-            )
+        check_name(name, where)
         if name in self._spec.get("units", {}):
             raise InputError(f"{where}: The name of a unit must occur once. Got a second {name!r}.")
         table, attached = described(what, name, where)
         said = {"fine": fine, "every": every, "substeps": substeps, "hold": hold, "as": runs_as, "text": text}
-        usual = {"fine": False, "every": 1, "substeps": 1, "hold": "zero", "as": "fmu2", "text": ""}
-        table |= {k: v for k, v in said.items() if v != usual[k]}
-        table |= {"inputs": {k: _number(v) for k, v in inputs.items()}} if inputs else {}
-        table |= {"set": dict(set)} if set else {}
+        table |= _stated(UnitSpec, **said, inputs=_number(inputs)) | ({"set": dict(set)} if set else {})
         check(table, UnitSpec, where)
         self._edit()
         self._spec.setdefault("units", {})[name] = table
@@ -253,15 +251,10 @@ class Scenario:
         text : str
             Description in one line.
         """
-        numbers = {"limit": limit, "stroke": stroke, "after": after}
+        numbers = {k: _number(v) for k, v in (("limit", limit), ("stroke", stroke), ("after", after))}
+        said = {"kind": kind, "signal": signal, "against": against, **numbers, "lines": lines, "text": text}
         self._edit()
-        self._spec.setdefault("metrics", {})[name] = (
-            {"kind": kind, "signal": signal}
-            | ({"against": against} if against is not None else {})
-            | {k: _number(v) for k, v in numbers.items() if v is not None}
-            | ({"lines": True} if lines else {})
-            | ({"text": text} if text else {})
-        )
+        self._spec.setdefault("metrics", {})[name] = _stated(MetricSpec, **said)
         return self
 
     def case(
@@ -297,11 +290,9 @@ class Scenario:
         connections : mapping, optional
             Connections to add or to replace, ``{"unit.input": "unit.output"}``.
         """
-        table: dict[str, Any] = {"name": name}
-        table |= {"text": text} if text else {}
-        table |= {k: _number(v) for k, v in (("stop", stop), ("after", after)) if v is not None}
+        table = _stated(CaseSpec, name=name, text=text, stop=_number(stop), after=_number(after))
+        table |= _stated(CaseSpec, limits=_number(limits))
         table |= {k: dict(v) for k, v in (("set", set), ("connections", connections)) if v}
-        table |= {"limits": {k: _number(v) for k, v in limits.items()}} if limits else {}
         table |= {"order": list(order)} if order is not None else {}
         self._edit()
         for unit, what in (units or {}).items():
@@ -361,12 +352,11 @@ class Scenario:
             Cases whose linearised loop is unstable for an incremental gain that occurs during the case, although the
             simulation meets the limits. The loops of all other cases must be stable.
         """
-        numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps}
-        table = {"case": case} | {k: _number(v) for k, v in numbers.items()} | {"corners": list(corners)}
-        table |= {"slopes": [_number(v) for v in slopes]} if slopes is not None else {}
-        table |= {"expected_unstable": list(expected_unstable)} if expected_unstable else {}
+        numbers = {"Ms_db": Ms_db, "stable_to_steps": stable_to_steps, "slopes": slopes}
+        said = {"case": case} | {k: _number(v) for k, v in numbers.items()}
         self._edit()
-        self._spec["margins"] = {k: v for k, v in table.items() if v is not None}
+        self._spec["margins"] = _stated(MarginsSpec, **said, expected_unstable=list(expected_unstable))
+        self._spec["margins"]["corners"] = list(corners)
         return self
 
     # ---- what is done with it ---------------------------------------------------------------------------------------
@@ -563,8 +553,19 @@ class Scenario:
         self._folder, self._origin = None, f"scenario {self.name!r}"
 
 
+def _stated(form: type[BaseModel], **values: Any) -> dict[str, Any]:
+    """Return the table of a scenario.toml with the values that differ from the defaults of `form`, and all floats."""
+    usual = {f.alias or name: f.get_default(call_default_factory=True) for name, f in form.model_fields.items()}
+    # a float equal to its default stays: a metric that states after=0.0 does not ignore the first period
+    return {k: v for k, v in values.items() if v is not None and (isinstance(v, float) or v != usual[k])}
+
+
 def _number(value: Any) -> Any:
-    """Convert a number to a float. Other values stay unchanged, and the check of the content reports them."""
+    """Convert numbers to floats. Other values stay unchanged, and the check of the content reports them."""
+    if isinstance(value, Mapping):
+        return {k: _number(v) for k, v in value.items()}
+    if isinstance(value, tuple):
+        return [_number(v) for v in value]
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         return value
     return float(value)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -11,7 +10,7 @@ from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, write_toml
 from hystfmu.face.scenario import Scenario
-from hystfmu.scenario.system.case import NAME
+from hystfmu.scenario.system.case import check_name
 from hystfmu.studies import Outcome, study
 from hystfmu.studies.spec import ParameterSpec, StudySpec
 
@@ -72,8 +71,7 @@ class Study:
         engine: Literal["native", "fmpy"] = "native",
     ) -> None:
         self._origin = f"study {name!r}"
-        if not re.fullmatch(NAME, name):
-            raise InputError(f"{self._origin}: The name must be a letter followed by letters, digits or _.")
+        check_name(name, self._origin)
         if method not in get_args(Method):
             raise InputError(
                 f"{self._origin}: The method must be one of {', '.join(get_args(Method))}. Got {method!r}."

@@ -42,7 +42,7 @@ from hystfmu.graph.blocks import Block
 from hystfmu.graph.tables import graph_tables
 from hystfmu.model import Model
 from hystfmu.report.page import Table, table
-from hystfmu.scenario.system.spec import FORMAT, ScenarioSpec
+from hystfmu.scenario.system.spec import FORMAT, SOURCES, ScenarioSpec
 
 What = Model | Block | Node | Graph | str | Path
 FILES = ("model", "fmu", "inverse_of")  # keys of a unit that hold a path
@@ -133,7 +133,7 @@ def wired(spec: Mapping[str, Any], attached: Mapping[str, Model | Path]) -> Wire
         if used and end not in wires:
             wires[end] = "reference.r_lead"
     plant = f"{measured.split('.')[0]}.u"
-    alone = [name for name, u in units.items() if _is_controller(u) and not _touched(name, wires)]
+    alone = [name for name, u in units.items() if _loop_ports(u) == CONTROLLER and not _touched(name, wires)]
     if len(alone) == 1 and plant in wires:  # two without a wire: neither place is said
         (name,) = alone
         wires |= {f"{name}.u_ff": wires[plant], f"{name}.y_d": "reference.r", f"{name}.y": measured}
@@ -161,7 +161,7 @@ def at_rest(units: Mapping[str, Any], wires: Mapping[str, str]) -> dict[str, Any
     made = dict(units)
     for name, unit in units.items():
         drives = any(source == f"{name}.u" for source in wires.values())
-        if _is_controller(unit) and drives and f"{name}.u_ff" not in wires:
+        if _loop_ports(unit) == CONTROLLER and drives and f"{name}.u_ff" not in wires:
             made[name] = {**unit, "inputs": {"u_ff": 0.0} | unit.get("inputs", {})}
     return made
 
@@ -180,11 +180,6 @@ def _measured(spec: Mapping[str, Any]) -> str | None:
         if (m.get("against") or "").startswith("reference."):
             return str(m["signal"])
     return None
-
-
-def _is_controller(unit: Mapping[str, Any]) -> bool:
-    block = block_types().get(unit.get("block", ""))
-    return block is not None and block.family == "controllers" and {v.name for v in block.of("input")} == CONTROLLER
 
 
 def _loop_ports(unit: Mapping[str, Any]) -> set[str]:
@@ -253,10 +248,7 @@ def _asks_for_reference(spec: Mapping[str, Any]) -> bool:
 
 def _reference(spec: Mapping[str, Any], attached: Mapping[str, Model | Path], origin: str) -> dict[str, Any]:
     """Return the table of the default unit `reference`, a sine over a share of the stroke of the plant."""
-    plant = next(
-        (m["signal"].split(".")[0] for m in spec["metrics"].values() if (m.get("against") or "").startswith(NAME)),
-        "plant",
-    )
+    plant = (_measured(spec) or "plant").split(".")[0]
     unit = spec["units"].get(plant, {})
     model = attached.get(unit.get("model", ""))
     span = model.provenance.get("span_u") if isinstance(model, Model) else None
@@ -354,9 +346,6 @@ def _unique(name: str, taken: set[str]) -> str:
     return free
 
 
-_KINDS = ("model", "block", "graph", "inverse_of", "fmu")  # what a unit is, one of them
-
-
 def scenario_html(spec: Mapping[str, Any]) -> str:
     """Return the tables of a scenario as HTML for a notebook.
 
@@ -386,5 +375,5 @@ def scenario_html(spec: Mapping[str, Any]) -> str:
 
 
 def _kind(unit: Mapping[str, Any]) -> tuple[str, str]:
-    kind = next(k for k in _KINDS if k in unit)
+    kind = next(k for k in SOURCES if k in unit)
     return kind, "" if kind == "graph" else str(unit[kind])

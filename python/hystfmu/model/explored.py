@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError
+from hystfmu.base.printable import with_unit
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.node import element_names
 from hystfmu.model import Model
@@ -78,14 +79,10 @@ def _driven(graph: Graph) -> Driven:
     return Driven(graph.to_bytes(), first["input"], first["output"])
 
 
-def _label(p: Port) -> str:
-    return f"{p.name} ({p.unit})" if p.unit not in ("", "1") else p.name
-
-
 def _covariate(p: Port, span: Sequence[float] | None) -> Slider:
     start = float(p.start[0])
     lo, hi = span if span else (start - 1, start + 1)
-    return Slider(_label(p), p.reference, 1, float(lo), float(hi))
+    return Slider(with_unit(p.name, p.unit), p.reference, 1, float(lo), float(hi))
 
 
 def _moves(p: Port) -> bool:
@@ -95,7 +92,7 @@ def _moves(p: Port) -> bool:
 
 
 def _parameter(p: Port) -> Slider:
-    return Slider(_label(p), p.reference, p.size)
+    return Slider(with_unit(p.name, p.unit), p.reference, p.size)
 
 
 def _memory(graph: Graph) -> Memory | None:

@@ -162,7 +162,7 @@ def close(
         reached = max((t.bandwidth for t in outcome.found), default=0.0)
         faults.append(f"a bandwidth of {asked.bandwidth:g} Hz is asked for; {reached:.3g} Hz is reachable")
     plan = _Runs(found, ahead, missed, tried, asked, name)
-    margins, lost = MarginTable([], [], []), ""
+    lost = ""
     with shown("running the loop") as progress:
         for tuned in (*outcome.found[:TRIED], None):
             results, into, fault = plan.run(tuned, folder, progress)
@@ -237,9 +237,7 @@ class _Runs(LoopPlan):
 
     def run(self, tuned: Tuned | None, folder: Path, progress: Callable[[float], None]) -> tuple[Results, Path, str]:
         """Simulate the scenario, write its baseline, and return results, folder and the first violated limit."""
-        limits: dict[str, float] = {}
-        if tuned is not None:
-            limits = self.bounds()
+        limits = self.bounds() if tuned is not None else {}
         if self.asked.error is not None:
             first = self.tried[0].amplitude
             limits |= {t.name: self.asked.error * t.amplitude / first for t in self.tried if not t.jumps}
@@ -253,18 +251,11 @@ class _Runs(LoopPlan):
     def contenders(self, outcome: Race, plants: PlantSet, aim: Aim) -> tuple[Contender, ...]:
         """Return the tuned structures with the expected error for each reference and a simulated step response."""
         rows = []
-        jump = next((t for t in self.tried if t.jumps), None)
+        jump, smooth = next((t for t in self.tried if t.jumps), None), [t for t in self.tried if not t.jumps]
         for tuned in outcome.found:
-            errors = {
-                t.name: expected_percent(self.found, plants, aim, self.missed, tuned, t)
-                for t in self.tried
-                if not t.jumps
-            }
-            step = None
-            if jump is not None:
-                run = self.scenario(tuned, {}).run(jump.name, engine="native")
-                step = step_response(jump, run)
-            rows.append(Contender(tuned, errors, step))
+            errors = {t.name: expected_percent(self.found, plants, aim, self.missed, tuned, t) for t in smooth}
+            run = self.scenario(tuned, {}).run(jump.name, engine="native") if jump else None
+            rows.append(Contender(tuned, errors, step_response(jump, run) if jump and run else None))
         return tuple(rows)
 
     def shaped(self, tuned: Tuned | None) -> float:

@@ -21,52 +21,11 @@ from hystfmu.report.plot import LOOP_POINTS, Line, Plot
 from hystfmu.scenario.report.page import write_report
 from hystfmu.start.closed_loop import ClosedLoop
 
-SCHEMA: dict[str, Any] = {
-    "$schema": "https://json-schema.org/draft/2020-12/schema",
-    "title": "verdict.json of hystfmu start",
-    "type": "object",
-    "required": ["approved", "feedback", "controller", "step", "reasons", "references"],
-    "additionalProperties": False,
-    "properties": {
-        "approved": {"type": "boolean", "description": "true if and only if the exit status is 0"},
-        "feedback": {"enum": ["full", "slow", "none"], "description": "slow: bandwidth far below the band"},
-        "controller": {"type": "string", "description": "structure of the controller; none: no feedback"},
-        "step": {"type": ["number", "null"], "description": "step of the loop (s); null: no loop"},
-        "reasons": {"type": "array", "items": {"type": "string"}},
-        "references": {
-            "type": "array",
-            "items": {
-                "type": "object",
-                "required": [
-                    "name", "shape", "frequency", "amplitude", "offset", "rms_percent", "bound_percent",
-                    "model_percent", "reason",
-                ],
-                "additionalProperties": False,
-                "properties": {
-                    "name": {"type": "string"},
-                    "shape": {"enum": ["sine", "nested", "triangle", "step", "staircase", "file"]},
-                    "frequency": {"type": "number", "description": "Hz; for steps the number of levels per second"},
-                    "amplitude": {"type": "number", "description": "half of peak to peak, in the unit of measure of y"},
-                    "offset": {"type": "number", "description": "mid-range value, in the unit of measure of y"},
-                    "rms_percent": {
-                        "type": ["number", "null"],
-                        "description": "RMS error expected on the device, percent of peak to peak; null: not known",
-                    },
-                    "bound_percent": {"type": ["number", "null"], "description": "bound of the error; null: not known"},
-                    "model_percent": {
-                        "type": ["number", "null"],
-                        "description": "RMS error with the fitted model as the device, including misfit and noise",
-                    },
-                    "reason": {"type": "string", "description": "why the error on the device is not known"},
-                },
-            },
-        },
-    },
-}  # fmt: skip
+PROMISED = ("name", "shape", "frequency", "amplitude", "offset", "rms_percent", "bound_percent")
 
 
 def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
-    """Return the content of verdict.json, as described by `SCHEMA`.
+    """Return the content of verdict.json, as described by verdict.schema.json.
 
     Parameters
     ----------
@@ -90,17 +49,8 @@ def verdict(loop: ClosedLoop | str) -> dict[str, Any]:
         "step": loop.device.h,
         "reasons": [*loop.misfitted, *failed, *loop.margins.broken(), *loop.reasons],
         "references": [
-            {
-                "name": p.name,
-                "shape": p.shape,
-                "frequency": p.frequency,
-                "amplitude": p.amplitude,
-                "offset": p.offset,
-                "rms_percent": p.rms_percent,
-                "bound_percent": p.bound_percent,
-                "model_percent": p.model_percent if p.model_percent < float("inf") else None,
-                "reason": p.why,
-            }
+            {k: getattr(p, k) for k in PROMISED}
+            | {"model_percent": p.model_percent if p.model_percent < float("inf") else None, "reason": p.why}
             for p in loop.promises
         ],
     }

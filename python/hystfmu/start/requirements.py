@@ -18,6 +18,9 @@ JUMPS = ("step", "staircase")
 TURN = 0.1  # share of a triangle in its turn-arounds
 
 
+_MOST = {"error": 100.0, "bandwidth": math.inf, "ms": 40.0, "settling": math.inf, "overshoot": math.inf}
+
+
 @dataclass(frozen=True)
 class Wanted:
     """A required reference of the loop.
@@ -170,25 +173,14 @@ class Requirements:
 
     def __post_init__(self) -> None:
         """Raise an InputError for contradictory or impossible values."""
-        for key in (f.name for f in fields(self)):
-            value = getattr(self, key)
-            number = key in ("error", "bandwidth", "ms", "settling", "overshoot")
-            whole = key == "delay"
-            if value is not None and (number or whole):
-                good = isinstance(value, int) or (number and isinstance(value, float))
-                if isinstance(value, bool) or not good:
-                    kind = "an int" if whole else "a number"
-                    raise InputError(f"The '{key}' must be {kind}. Got {value!r} instead.")
-        for name, least, most in (
-            ("error", 0.0, 100.0),
-            ("bandwidth", 0.0, math.inf),
-            ("ms", 0.0, 40.0),
-            ("settling", 0.0, math.inf),
-            ("overshoot", 0.0, math.inf),
-        ):
+        for name, most in _MOST.items():
             value = getattr(self, name)
-            if value is not None and not least < value <= most:
-                raise InputError(f"The '{name}' must be a float in ({least:g}, {most:g}]. Got {value:g} instead.")
+            if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+                raise InputError(f"The '{name}' must be a number. Got {value!r} instead.")
+            if value is not None and not 0.0 < value <= most:
+                raise InputError(f"The '{name}' must be a float in (0, {most:g}]. Got {value:g} instead.")
+        if isinstance(self.delay, bool) or not isinstance(self.delay, int):
+            raise InputError(f"The 'delay' must be an int. Got {self.delay!r} instead.")
         if not 0 <= self.delay <= 1000:
             raise InputError(f"The 'delay' must be an int in [0, 1000] steps. Got {self.delay} instead.")
         known = (*STRUCTURES, "none")

@@ -105,7 +105,7 @@ class Started:
 
     model: Model
     loop: ClosedLoop | str  # the loop with the inverse of the model, or the reason why there is none
-    verdict: dict[str, Any]  # content of verdict.json, see `hystfmu.start.page.SCHEMA`
+    verdict: dict[str, Any]  # content of verdict.json, see verdict.schema.json in this folder
     files: dict[str, tuple[Path, str]]  # path of each file or folder, and the command that creates it
     notes: list[str]  # notes on decisions
 

@@ -6,8 +6,6 @@ outcome (inside the limits, outside, unstable, failed) changed.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +20,9 @@ from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.metrics import label
 from hystfmu.scenario.outcome.result import Change
-from hystfmu.studies.figures import coordinate
-from hystfmu.studies.summary import WORDS, Read, interval, is_study, read_study
+from hystfmu.scenario.report.compare import change_table
+from hystfmu.studies.figures import coordinate, share_bar, share_bars
+from hystfmu.studies.summary import WORDS, Read, is_study, read_study
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 WHICH = ("old", "new")
@@ -51,14 +50,14 @@ def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> l
     named = zip(WHICH, (before, after), both, strict=True)
     text = " ".join(f"{w.capitalize()}: {p}, study {r.facts.name} of {r.facts.scenario}." for w, p, r in named)
     body.append(f'<p class="lead">{escape(text)}</p>')
-    body.append(f'<div class="plots hero">{figures([_shares(both)])}<div>{table(_table(found[:8]))}</div></div>')
+    body.append(f'<div class="plots hero">{figures([_shares(both)])}<div>{table(change_table(found[:8]))}</div></div>')
     plots = _distributions(both)
     if plots:
         body.append(section(Section("Distributions on common axes", plots=plots)))
     body.append(section(_verdicts(both)))
     if found:
-        folded = [_table(same)] if same else []
-        body.append(section(Section("All changes", "", [_table(found)], folded=folded)))
+        folded = [change_table(same)] if same else []
+        body.append(section(Section("All changes", "", [change_table(found)], folded=folded)))
     write_text(out, page("HystFMU comparison of studies", body))
     return found
 
@@ -115,20 +114,14 @@ def _pairs(both: tuple[Read, Read]) -> list[tuple[str, str]]:
 
 
 def _shares(both: tuple[Read, Read]) -> Bars:
-    bars = [_bar(f"all limits, {w}", _inside(r), r) for w, r in zip(WHICH, both, strict=True)]
+    bars = [_bar("all limits", _inside(r), w, r) for w, r in zip(WHICH, both, strict=True)]
     for pair in _pairs(both)[: MOST_PAIRS - 1]:
-        bars += [_bar(f"{pair[0]}: {pair[1]}, {w}", _within(r, pair), r) for w, r in zip(WHICH, both, strict=True)]
-    intervals = any(b.interval is not None for b in bars)
-    return Bars("draws inside the limits" + (", with 95 % intervals" if intervals else ""), "% of the draws", bars)
+        bars += [_bar(f"{pair[0]}: {pair[1]}", _within(r, pair), w, r) for w, r in zip(WHICH, both, strict=True)]
+    return share_bars(bars)
 
 
-def _bar(name: str, good: Bools, r: Read) -> Bar:
-    share, ends = 100 * float(good.mean()), None
-    if r.facts.interval is not None:
-        lo, hi = interval(int(good.sum()), len(good))
-        ends = 100 * lo, 100 * hi
-    text = f"{share:.3g} %" + ("" if ends is None else f" ({ends[0]:.3g} to {ends[1]:.3g})")
-    return Bar(name, share, text, ends)
+def _bar(name: str, good: Bools, which: str, r: Read) -> Bar:
+    return share_bar(f"{name}, {which}", float(good.mean()), len(good), r.facts.interval is not None)
 
 
 def _distributions(both: tuple[Read, Read]) -> list[Plot]:
@@ -190,11 +183,3 @@ def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
     return [c for c, d in zip(every, differ, strict=True) if d], [
         c for c, d in zip(every, differ, strict=True) if not d
     ]
-
-
-def _table(changes: Sequence[Change]) -> Table:
-    rows = []
-    for c in changes:
-        share = "" if c.relative is None or not math.isfinite(c.relative) else f"{100 * c.relative:+.3g}"
-        rows.append([c.title, c.what, *("" if v is None else v for v in (c.old, c.new)), share])
-    return Table(("scenario/case", "what", "old", "new", "change in %"), rows)

@@ -19,6 +19,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure, Line, Plot
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.spec import Study
-from hystfmu.studies.summary import PERCENTILES, Row, Summary, excess, interval, outcomes
+from hystfmu.studies.summary import PERCENTILES, Row, Spread, Summary, excess, interval, outcomes
 
 MOST_DEGREE = 12
 RUNS_PER_TERM = 2  # smallest number of runs for each term of the expansion
@@ -131,16 +132,24 @@ def shares(summary: Summary) -> Bars | None:
     limited = sorted((s.within, f"{s.case}: {s.metric}") for s in summary.spreads if s.within is not None)
     if not limited:
         return None
-    named = [(summary.inside / summary.draws, "all limits of all cases"), *limited]
-    bars = []
-    for share, name in named[:MOST_BARS]:
-        ends = interval(round(share * summary.draws), summary.draws) if summary.interval is not None else None
-        text = f"{100 * share:.3g} %"
-        if ends is not None:
-            text += f" ({100 * ends[0]:.3g} to {100 * ends[1]:.3g})"
-        bars.append(Bar(name, 100 * share, text, ends and (100 * ends[0], 100 * ends[1])))
-    title = "draws inside the limits" + (", with 95 % intervals" if summary.interval is not None else "")
-    return Bars(title, "% of the draws", bars)
+    named = [(summary.inside / summary.draws, "all limits of all cases"), *limited][:MOST_BARS]
+    return share_bars([share_bar(name, share, summary.draws, summary.interval is not None) for share, name in named])
+
+
+def share_bar(name: str, share: float, draws: int, random: bool) -> Bar:
+    """Return the bar of a share of `draws` variations, with its confidence interval if the variations are random."""
+    text, ends = f"{100 * share:.3g} %", None
+    if random:
+        lo, hi = interval(round(share * draws), draws)
+        ends = 100 * lo, 100 * hi
+        text += f" ({ends[0]:.3g} to {ends[1]:.3g})"
+    return Bar(name, 100 * share, text, ends)
+
+
+def share_bars(bars: Sequence[Bar]) -> Bars:
+    """Return the diagram of shares inside limits."""
+    intervals = any(b.interval is not None for b in bars)
+    return Bars("draws inside the limits" + (", with 95 % intervals" if intervals else ""), "% of the draws", bars)
 
 
 def strongest(names: Sequence[str], metric: str, found: Effects, column: int) -> Bars | None:
@@ -269,19 +278,17 @@ def outcome_html(summary: Summary | None, failed: Sequence[Row], files: Sequence
     parts = []
     if summary is not None:
         parts.append(f"<p>{escape(summary.sentence)}</p>")
-        rows = [
-            (s.case, s.metric, _or_blank(s.limit), _or_blank(s.within, 100), *s.percentiles, s.worst)
-            for s in summary.spreads
-        ]
-        parts.append(table(Table(HEAD, rows)))
+        parts.append(table(Table(HEAD, spread_rows(summary.spreads))))
     if failed:
         shown = [(r["index"], r["case"], r["status"], r["reason"]) for r in failed[:MOST_FAILED]]
         parts.append(table(Table(("row", "case", "status", "reason"), shown, f"{len(failed)} runs failed")))
     return "".join([*parts, *(f"<p>{escape(str(f))}</p>" for f in files)])
 
 
-def _or_blank(value: float | None, times: float = 1.0) -> float | str:
-    return "" if value is None else times * value
+def spread_rows(spreads: Sequence[Spread]) -> list[list[Any]]:
+    """Return the rows of a table of percentiles with the head `HEAD`; a missing limit is empty."""
+    limits = [["" if v is None else k * v for k, v in ((1, s.limit), (100, s.within))] for s in spreads]
+    return [[s.case, s.metric, *of, *s.percentiles, s.worst] for s, of in zip(spreads, limits, strict=True)]
 
 
 def distributions(rows: Sequence[Row], summary: Summary | None) -> Figure:

@@ -16,9 +16,19 @@ from hystfmu.scenario.outcome.metrics import label, unit_of
 from hystfmu.scenario.report.loops import loop_explorer
 from hystfmu.scenario.report.page import write_report as write_page
 from hystfmu.scenario.system.system import System
-from hystfmu.studies.figures import all_draws, distribution, effects, scatter, shares, strongest, tuning
+from hystfmu.studies.figures import (
+    HEAD,
+    all_draws,
+    distribution,
+    effects,
+    scatter,
+    shares,
+    spread_rows,
+    strongest,
+    tuning,
+)
 from hystfmu.studies.spec import Study
-from hystfmu.studies.summary import PERCENTILES, Row, Summary, command, facts, metric_unit, save_settings, worst_rows
+from hystfmu.studies.summary import Row, Summary, command, facts, metric_unit, save_settings, worst_rows
 from hystfmu.studies.task import OUTSIDE, LoopLimits
 
 MOST_PLOTS = 24
@@ -91,7 +101,7 @@ class StudyCase:
         ]
         if summary is not None:
             spreads = [s for s in summary.spreads if s.case == self.system.case.name]
-            head = ["metric", *(f"{p} %" for p in PERCENTILES), "worst", "limit"]
+            head = ["metric", *HEAD[4:], "limit"]
             shown = [[s.metric, *s.percentiles, s.worst, "-" if s.limit is None else s.limit] for s in spreads]
             tables.insert(0, Table(head, shown, "percentiles over all draws, the failed ones as infinite"))
         rows = [[r["index"], *r["values"].values(), *(r["metrics"].get(k, "-") for k in of)] for r in self.worst]
@@ -203,9 +213,8 @@ def _answer(
         text = f"{summary.sentence} {text}".strip()
         limited = [s for s in summary.spreads if s.limit is not None and s.within is not None]
         if limited:
-            shown = [[s.case, s.metric, s.limit, 100 * (s.within or 0.0), *s.percentiles, s.worst] for s in limited]
-            head = ["case", "metric", "limit", "% within", *(f"{p} %" for p in PERCENTILES), "worst"]
-            tables.insert(0, Table(head, shown, "percentiles of the metrics with a limit, over all draws"))
+            text_of = "percentiles of the metrics with a limit, over all draws"
+            tables.insert(0, Table(HEAD, spread_rows(limited), text_of))
     plots: list[Diagram | None] = [] if summary is None else [shares(summary)]
     if study.spec.objective is not None:
         scores = _scores(study, rows)
@@ -271,13 +280,5 @@ def spreads(summary: Summary, every: bool = False) -> str:
     shown = [s for s in summary.spreads if every or s.limit is not None]
     if not shown:
         return summary.sentence
-    rows = [
-        [
-            *(s.case, s.metric),
-            *("" if v is None else f"{k * v:.3g}" for k, v in ((1, s.limit), (100, s.within))),
-            *(f"{v:.3g}" for v in (*s.percentiles, s.worst)),
-        ]
-        for s in shown
-    ]
-    head = ["case", "metric", "limit", "% within", *(f"{p} %" for p in PERCENTILES), "worst"]
-    return f"{summary.sentence}\n{text_table(head, rows)}"
+    rows = [[v if isinstance(v, str) else f"{v:.3g}" for v in row] for row in spread_rows(shown)]
+    return f"{summary.sentence}\n{text_table(list(HEAD), rows)}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +15,15 @@ from hystfmu.studies.spec import MOST_ROWS, Study
 from hystfmu.studies.task import LoopLimits
 
 
-class Sampler(Protocol):
-    """Interface of a sampler, which proposes variations in batches. An adaptive sampler uses the last results."""
+class Fixed:
+    """A fixed list of `n` variations, which are proposed in one batch. Another sampler overrides the methods."""
+
+    def __init__(self, variations: list[dict[str, float]], n: int | None = None) -> None:
+        self._variations, self.n = variations, len(variations) if n is None else n
 
     def batches(self) -> Iterator[list[dict[str, float]]]:
         """Yield batches of variations `{"unit.parameter": value}`. The runs of a batch end before the next batch."""
+        yield self._variations
 
     def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
         """Receive the rows of the last batch, in the order of its variations, with one row per case."""
@@ -29,36 +33,10 @@ class Sampler(Protocol):
 
         The limits are returned as text. The variation is simulated only if this text is empty.
         """
-
-    @property
-    def n(self) -> int:
-        """Total number of variations."""
-
-
-class Fixed:
-    """A fixed list of variations."""
-
-    def __init__(self, variations: list[dict[str, float]]) -> None:
-        self._variations = variations
-
-    def batches(self) -> Iterator[list[dict[str, float]]]:
-        """Yield all variations in one batch."""
-        yield self._variations
-
-    def tell(self, rows: Sequence[Sequence[dict[str, Any]]]) -> None:
-        """Ignore the results."""
-
-    def outside(self, k: int) -> str:
-        """Return "", so that every variation runs."""
         return ""
 
-    @property
-    def n(self) -> int:
-        """Number of variations."""
-        return len(self._variations)
 
-
-class Asked:
+class Asked(Fixed):
     """Optuna's TPE sampler with a fixed seed and batch size. The number of workers does not change the variations.
 
     A resumed study proposes the same variations, and finds their rows in the table. Therefore an interruption does not
@@ -70,6 +48,7 @@ class Asked:
     def __init__(self, study: Study) -> None:
         with extras("the method 'optuna'"):
             import optuna
+        super().__init__([], study.spec.n)
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         self._study, self._optuna, self._trials = study, optuna, []  # type: ignore[var-annotated]
         objective = study.spec.objective
@@ -81,11 +60,6 @@ class Asked:
         self._asker = optuna.create_study(direction="minimize", sampler=sampler)
         if study.spec.start:
             self._asker.enqueue_trial(dict(study.spec.start))
-
-    @property
-    def n(self) -> int:
-        """Number of variations."""
-        return self._study.spec.n
 
     def batches(self) -> Iterator[list[dict[str, float]]]:
         """Yield batches of at most `BATCH` variations."""
@@ -130,7 +104,7 @@ class Asked:
                 self._asker.tell(trial, state=self._optuna.trial.TrialState.FAIL)
 
 
-def sampler(study: Study) -> Sampler:
+def sampler(study: Study) -> Fixed:
     """Create the sampler of a study.
 
     An InputError is raised if the table has too many rows, or if the method needs Optuna and Optuna is not

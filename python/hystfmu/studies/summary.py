@@ -23,6 +23,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import read_bytes
 from hystfmu.scenario.outcome.metrics import unit_of_metric
+from hystfmu.scenario.report.compare import MOST_BYTES, read_report, report_file
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.spec import Study
 
@@ -216,7 +217,6 @@ def metric_unit(system: System, metric: str) -> str:
 
 KEY = "study"
 WORDS = {"i": "inside", "o": "outside", "u": "unstable", "f": "failed"}
-MOST_BYTES = 2**28
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -272,7 +272,7 @@ class Read:
 def is_study(path: str | Path) -> bool:
     """Return whether a path is the folder or the report.json of a study."""
     try:
-        content = json.loads(read_bytes(_report(path), MOST_BYTES))
+        content = json.loads(read_bytes(report_file(path), MOST_BYTES))
     except (ValueError, RecursionError):  # the function that reads the file next reports the error
         return False
     return isinstance(content, dict) and KEY in content
@@ -283,24 +283,13 @@ def read_study(path: str | Path) -> Read:
 
     An InputError is raised if a file is missing or damaged, or belongs to another study.
     """
-    file = _report(path)
-    content = read_bytes(file, MOST_BYTES)
-    try:
-        found = Facts.model_validate(json.loads(content)[KEY])
-    except (ValueError, KeyError, TypeError, RecursionError) as e:
-        errors = e.errors() if isinstance(e, pydantic.ValidationError) else []
-        why = f"{'.'.join(map(str, errors[0]['loc']))}: {errors[0]['msg']}" if errors else "no study"
-        raise InputError(f"{file}: not a report of 'hystfmu study': {why}") from None
+    found, file = read_report(path, Facts, "hystfmu study", "no study", KEY), report_file(path)
     table = file.with_name("results.parquet")
     rows = _rows(table)
     try:
         return _in_order(found, rows)
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{table}: not the table of the study in {file.name} beside it") from None
-
-
-def _report(path: str | Path) -> Path:
-    return Path(path) / "report.json" if Path(path).is_dir() else Path(path)
 
 
 def _rows(table: Path) -> list[dict[str, Any]]:

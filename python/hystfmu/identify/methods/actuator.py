@@ -44,6 +44,7 @@ FRESH = 3  # degree of the nonlinearity of a fit with back-relaxation that begin
 # relays are tried if the error exceeds CLEAR times the noise and the share ENOUGH of the span; the ratio of the errors
 # must then be below GAINED
 CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7
+POOR = 0.05  # error of plays and stops (share of the span) above which relays are tried with each nonlinearity
 
 CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
 OPTIONS = (
@@ -134,6 +135,8 @@ def _operated(f: Fitting, parts: Parts) -> Trial:
         return _with_other_start(f, _bent(f, f.tried(replace(parts, operator=asked))))
     best = _bent(f, f.tried(parts)).or_better(_bent(f, f.tried(replace(parts, operator=STOPS))))
     found = _exchanged(f, best)
+    if best.error > POOR * f.data.span:  # relays without a bend do not show that they fit a butterfly loop
+        found = found.or_better(_bent(f, f.tried(replace(parts, operator=RELAYS))))
     return best if found is best else _bent(f, found)
 
 

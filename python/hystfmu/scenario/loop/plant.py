@@ -8,7 +8,7 @@ The function `held` discretises the dynamics for a delayed command that is const
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
@@ -288,11 +288,9 @@ def _chain(way: Sequence[Node]) -> StateSpace:
 
 def _in_parallel(graph: Graph, undone: Collection[str]) -> StateSpace:
     """Return the state space of a unit from its first input to its first output, with hysteresis linearised at rest."""
-    for n in graph.nodes:
-        if n.type in (DELAY, LEVELS) or n.type in undone:
-            gain = gain_of(n) if n.type in undone else 1.0
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
-    A, B, C, D = linearise(graph)
+    passed = (DELAY, LEVELS)
+    still = _gains(graph, lambda n: gain_of(n) if n.type in undone else 1.0 if n.type in passed else None)
+    A, B, C, D = linearise(still)
     return A, B[:, :1], C[:1], D[:1, :1]
 
 
@@ -324,11 +322,15 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
 
 def _without(lone: Collection[str], graph: Graph) -> Graph:
     """Return a graph in which static gains replace dynamics of the types in `lone`, and inverses of such dynamics."""
+    inverted = _gains(graph, lambda n: 1 / _gain_undone(n) if n.block.inverts in lone else None)
+    return _gains(inverted, lambda n: gain_of(n) if n.type in lone else None)
+
+
+def _gains(graph: Graph, gain: Callable[[Node], float | None]) -> Graph:
+    """Return a graph in which static gains replace the nodes for which `gain` returns a number."""
     for n in graph.nodes:
-        if n.block.inverts in lone:
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": 1 / _gain_undone(n)}))
-        elif n.type in lone:
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
+        if (k := gain(n)) is not None:
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": k}))
     return graph
 
 
@@ -382,12 +384,8 @@ def _at_rest(graph: Graph, undone: Collection[str]) -> Graph:
 
     The graph has no delays and no quantisation.
     """
-    for n in graph.nodes:
-        if n.type in (DELAY, LEVELS):
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}))
-        elif n.block.rate == CONTINUOUS and n.type not in undone:
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
-    return graph
+    passed = _gains(graph, lambda n: 1.0 if n.type in (DELAY, LEVELS) else None)
+    return _gains(passed, lambda n: gain_of(n) if n.block.rate == CONTINUOUS and n.type not in undone else None)
 
 
 def _driven(part: Part, port: int, output: int) -> Graph:

@@ -87,17 +87,6 @@ class _Span:
         return max(abs(self.low), abs(self.high))
 
 
-class _Peak:
-    def __init__(self) -> None:
-        self._span = _Span()
-
-    def add(self, rows: _Rows) -> None:
-        self._span.add(rows.signal)
-
-    def value(self) -> float:
-        return self._span.largest
-
-
 class _Final:
     def __init__(self) -> None:
         self._e = 0.0
@@ -200,7 +189,7 @@ class _LoopArea:
 
 
 _KINDS: dict[str, Callable[[], _Kind]] = {
-    "peak": _Peak,
+    "peak": _Max,
     "final": _Final,
     "rms_percent": _Rms,
     "rms": _Rms,
@@ -242,7 +231,9 @@ class Measure:
         if skip == len(chunk.t):
             return
         signal = chunk[m.signal][skip:]
-        against = chunk[m.against][skip:] if m.against is not None else np.broadcast_to(0.0, signal.shape)
+        # `peak` is that of the signal alone, also if the metric names a reference
+        nothing = np.broadcast_to(0.0, signal.shape)
+        against = nothing if m.against is None or m.kind == "peak" else chunk[m.against][skip:]
         sample = -(chunk.first + skip) % chunk.ripple
         with np.errstate(over="ignore", invalid="ignore"):  # the metric of a diverged run is infinite or NaN
             if self._percent and m.stroke is None:

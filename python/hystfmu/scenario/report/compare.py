@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import pydantic
@@ -24,6 +24,7 @@ MOST_BYTES = 2**28
 MOST_CASES, MOST_FIRST = 12, 8  # largest number of cases with plotted signals, and of changes beside the first diagram
 TALL, LOW = 220, 150
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Form = TypeVar("Form", bound=pydantic.BaseModel)
 
 
 class _Metric(pydantic.BaseModel):
@@ -66,15 +67,29 @@ class _Report(pydantic.BaseModel):
     results: list[_Case]
 
 
-def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
-    path = Path(path) / "report.json" if Path(path).is_dir() else Path(path)
-    content = read_bytes(path, MOST_BYTES)  # outside of `try`, because an InputError is also a ValueError
+def report_file(path: str | Path) -> Path:
+    """Return the report.json in a folder, or the file itself."""
+    return Path(path) / "report.json" if Path(path).is_dir() else Path(path)
+
+
+def read_report(path: str | Path, form: type[Form], command: str, otherwise: str, key: str | None = None) -> Form:
+    """Read a report, or the part `key` of a report, that `command` wrote.
+
+    `otherwise` is the reason in the error message if the content is no JSON, or has no part `key`.
+    """
+    file = report_file(path)
+    content = read_bytes(file, MOST_BYTES)  # outside of `try`, because an InputError is also a ValueError
     try:
-        report = _Report.model_validate(json.loads(content))
-    except (ValueError, RecursionError) as e:
+        found = json.loads(content)
+        return form.model_validate(found if key is None else found[key])
+    except (ValueError, KeyError, TypeError, RecursionError) as e:
         errors = e.errors() if isinstance(e, pydantic.ValidationError) else []
-        why = f"{'.'.join(map(str, errors[0]['loc']))}: {errors[0]['msg']}" if errors else "not JSON"
-        raise InputError(f"{path}: not a report of 'hystfmu run --report': {why}") from None
+        why = f"{'.'.join(map(str, errors[0]['loc']))}: {errors[0]['msg']}" if errors else otherwise
+        raise InputError(f"{file}: not a report of '{command}': {why}") from None
+
+
+def _read(path: str | Path) -> tuple[str, dict[str, _Case]]:
+    report = read_report(path, _Report, "hystfmu run --report", "not JSON")
     return report.version, {f"{c.scenario}/{c.case}": c for c in report.results}
 
 
@@ -104,11 +119,13 @@ def compare_reports(before: str | Path, after: str | Path, out: str | Path) -> l
     body = ["<h1>Two runs side by side</h1>", f'<p class="answer">{escape(_answer(found, same))}</p>']
     body.append(f'<p class="lead">{escape(text)}</p>')
     if found:
-        first = table(_table([c for c in ordered if c.what != "verdict"][:MOST_FIRST], "the largest changes"))
+        first = table(change_table([c for c in ordered if c.what != "verdict"][:MOST_FIRST], "the largest changes"))
         drawn = _drawn(cases[0], old.get(cases[0]), new.get(cases[0]))
         body.append(f'<div class="plots hero">{drawn}<div>{first}</div></div>')
-    folded = [_table(same)] if same else []
-    body.append(section(Section("Changes, the largest first", "", [_table(ordered)] if found else [], folded=folded)))
+    folded = [change_table(same)] if same else []
+    body.append(
+        section(Section("Changes, the largest first", "", [change_table(ordered)] if found else [], folded=folded))
+    )
     for title in cases[:MOST_CASES]:
         plots = _plots(old.get(title), new.get(title))
         if plots:
@@ -155,7 +172,8 @@ def _answer(found: Sequence[Change], same: Sequence[Change]) -> str:
     return said + "."
 
 
-def _table(changes: Sequence[Change], caption: str = "") -> Table:
+def change_table(changes: Sequence[Change], caption: str = "") -> Table:
+    """Return a table of changes: old value, new value, and change in percent."""
     rows = [[c.title, c.what, *_cells(c)] for c in changes]
     return Table(("scenario/case", "what", "old", "new", "change in %"), rows, caption)
 

@@ -11,6 +11,7 @@ connection replaces the unit.
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 from collections.abc import Mapping
@@ -99,6 +100,12 @@ class Case:
         return f"{self.origin}: case {self.name}"
 
 
+def check_name(name: str, where: str) -> None:
+    """Check the name of a scenario, a study, a unit or a target. Error messages begin with `where`."""
+    if not re.fullmatch(NAME, name):
+        raise InputError(f"{where}: The name must be a letter followed by letters, digits or _. Got {name!r} instead.")
+
+
 def split_end(end: str, where: str) -> tuple[str, str]:
     """Split `unit.variable` into the two names. Error messages begin with `where`, which states file and key."""
     m = _END.match(end)
@@ -142,22 +149,18 @@ class Cases:
             )
         file = path / "scenario.toml" if path.suffix != ".toml" else path
         self.folder: Path | None = file.parent
-        self._complete(read_scenario(file), str(file), {}, overrides, coupling)
+        self.spec, self.origin = read_scenario(file), str(file)
+        self.attached: Mapping[str, Model | Path] = {}
+        self._complete(overrides, coupling)
 
     def __repr__(self) -> str:
         return f"Cases({self.origin!r}, {len(self.cases)} case{'' if len(self.cases) == 1 else 's'})"
 
     @classmethod
     def of(
-        cls,
-        spec: ScenarioSpec,
-        origin: str,
-        attached: Mapping[str, Model | Path],
-        folder: Path | None = None,
-        overrides: dict[str, Any] | None = None,
-        coupling: Scheme | None = None,
+        cls, spec: ScenarioSpec, origin: str, attached: Mapping[str, Model | Path], folder: Path | None = None
     ) -> Cases:
-        """Return the cases of a scenario that has no file, or that was changed.
+        """Return the cases of a scenario that has no file.
 
         Parameters
         ----------
@@ -168,13 +171,10 @@ class Cases:
             Models, or paths of files, by the paths that the units state. They are used instead of files in the folder.
         folder : path, optional
             Folder of the files of the scenario and of the baseline.
-        overrides, coupling
-            See `Cases`.
         """
         made = cls.__new__(cls)
-        made.folder = folder
-        made._complete(spec, origin, attached, overrides, coupling)
-        return made
+        made.spec, made.origin, made.attached, made.folder = spec, origin, attached, folder
+        return made._complete(None, None)
 
     def ready(self) -> Cases:
         """Return these cases, which are already complete."""
@@ -195,19 +195,12 @@ class Cases:
 
     def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Cases:
         """Return the scenario with other `overrides` and another `coupling`, see `Cases`."""
-        return Cases.of(self.spec, self.origin, self.attached, self.folder, overrides, coupling)
+        return copy.copy(self)._complete(overrides, coupling)
 
-    def _complete(
-        self,
-        spec: ScenarioSpec,
-        origin: str,
-        attached: Mapping[str, Model | Path],
-        overrides: dict[str, Any] | None,
-        coupling: Scheme | None,
-    ) -> None:
-        self.spec, self.origin, self.attached = spec, origin, attached
+    def _complete(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Cases:
         self.overrides, self.coupling = dict(overrides or {}), coupling
         self.cases = self._cases()
+        return self
 
     def _cases(self) -> tuple[Case, ...]:
         specs = self.spec.case or [CaseSpec.model_validate({"name": "nominal"})]
