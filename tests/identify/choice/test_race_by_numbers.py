@@ -124,14 +124,15 @@ def test_the_preferred_of_equal_ones(race, monkeypatch, excursions, inverses, on
 
 
 @pytest.mark.parametrize(
-    ("poor", "error", "chosen"), [(True, 1.9, "calm"), (True, 2.1, "jumps"), (False, 1.9, "jumps")]
+    ("poor", "jumping", "calm", "chosen"),
+    [(True, 0.5, 0.95, "calm"), (True, 0.4, 0.85, "jumps"), (False, 0.5, 0.95, "jumps"), (True, 0.7, 1.1, "jumps")],
 )
-def test_on_one_oscillation_a_model_without_jumps_is_preferred(race, monkeypatch, poor, error, chosen):
-    """Steps are not in such a record: up to twice the error of a model that leaves the range is accepted."""
+def test_on_one_oscillation_a_model_without_jumps_is_preferred(race, monkeypatch, poor, jumping, calm, chosen):
+    """Up to twice the error of a model that leaves the range is accepted, and up to 1 % of the span."""
     monkeypatch.setattr(race, "poor", poor)
     monkeypatch.setattr(race, "leaves", lambda t: False)
     monkeypatch.setattr(race, "jumps", lambda t: t.name == "jumps")
-    race.trials = {t.name: t for t in (trial("jumps", E4, parameters=1), trial("calm", error * E4))}
+    race.trials = {t.name: t for t in (trial("jumps", jumping * E4, parameters=1), trial("calm", calm * E4))}
     assert auto._preferred(race, True, None, False, {}).name == chosen
 
 

@@ -97,17 +97,18 @@ def refined(
     c = objective.coordinates
     if not len(p):
         return Found(p, float(np.sum(objective.residuals(p) ** 2)) / 2)
-    r = least_squares(
-        objective.residuals,
-        c.inside(p),
-        objective.jacobian,
-        (c.lo, c.hi),
-        x_scale="jac" if by_jacobian else c.scale,
-        ftol=tolerance,
-        xtol=tolerance,
-        gtol=tolerance,
-        max_nfev=evaluations,
-    )
+    with np.errstate(over="ignore", invalid="ignore"):  # far from the optimum the slopes of a model may overflow
+        r = least_squares(
+            objective.residuals,
+            c.inside(p),
+            objective.jacobian,
+            (c.lo, c.hi),
+            x_scale="jac" if by_jacobian else c.scale,
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=tolerance,
+            max_nfev=evaluations,
+        )
     return Found(np.asarray(r.x), float(r.cost))
 
 

@@ -40,6 +40,9 @@ FIRST = 3  # the first search of the dynamics uses every third row
 DEGREES = (1, 3, 5, 8)  # degrees of the nonlinearity, tried one after the other
 LAGS = 6  # maximum number of lags, if their time constants are one decade apart
 PER_DECADE = 3  # number of lags of back-relaxation per decade; their weights have both signs and represent any lag
+# largest sum of |k_j|: large weights of opposite signs imitate a derivative at the frequency of the record, and other
+# signals are then off by a multiple of the span; a device that relaxes back to zero has the sum 1
+LARGEST = 3.0
 FRESH = 3  # degree of the nonlinearity of a fit with back-relaxation that begins without the previous parts
 # relays are tried if the error exceeds CLEAR times the noise and the share ENOUGH of the span; the ratio of the errors
 # must then be below GAINED
@@ -205,7 +208,8 @@ def _creeping(f: Fitting, trial: Trial) -> Trial:
         degree, operator = int(f.options["bend"] or FRESH), f.options["operator"] or PLAYS
         fresh = f.tried(replace(back.parts, operator=operator, degree=degree, g=None))
         back = back.or_better(_moving(f, fresh, silent) if f.options["dynamics"] != "no" else fresh)
-    return back if back.error < GAINED * best.error else best
+    relaxes = back.error < GAINED * best.error and float(np.abs(back.fit.k).sum()) <= LARGEST
+    return back if relaxes else best
 
 
 def _clear(f: Fitting, trial: Trial) -> bool:
