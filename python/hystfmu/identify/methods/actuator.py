@@ -40,9 +40,9 @@ FIRST = 3  # the first search of the dynamics uses every third row
 DEGREES = (1, 3, 5, 8)  # degrees of the nonlinearity, tried one after the other
 LAGS = 6  # maximum number of lags, if their time constants are one decade apart
 PER_DECADE = 3  # number of lags of back-relaxation per decade; their weights have both signs and represent any lag
-# largest sum of |k_j|: large weights of opposite signs imitate a derivative at the frequency of the record, and other
-# signals are then off by a multiple of the span; a device that relaxes back to zero has the sum 1
-LARGEST = 3.0
+# largest response of the lags to a unit step: large weights of opposite signs imitate a derivative at the frequency of
+# the record, and the model is then off by a multiple of the span for other signals
+LARGEST = 2.0
 FRESH = 3  # degree of the nonlinearity of a fit with back-relaxation that begins without the previous parts
 # relays are tried if the error exceeds CLEAR times the noise and the share ENOUGH of the span; the ratio of the errors
 # must then be below GAINED
@@ -208,8 +208,14 @@ def _creeping(f: Fitting, trial: Trial) -> Trial:
         degree, operator = int(f.options["bend"] or FRESH), f.options["operator"] or PLAYS
         fresh = f.tried(replace(back.parts, operator=operator, degree=degree, g=None))
         back = back.or_better(_moving(f, fresh, silent) if f.options["dynamics"] != "no" else fresh)
-    relaxes = back.error < GAINED * best.error and float(np.abs(back.fit.k).sum()) <= LARGEST
-    return back if relaxes else best
+    return back if back.error < GAINED * best.error and _relaxes(back) else best
+
+
+def _relaxes(trial: Trial) -> bool:
+    """Return whether the step response 1 + sum_j k_j (1 - exp(-t / T_j)) stays between -LARGEST and LARGEST."""
+    T = np.array(trial.parts.T)
+    t = np.geomspace(T.min() / 10, T.max() * 10, 200)
+    return bool(np.abs(1 - np.expm1(-t[:, None] / T) @ trial.fit.k).max() <= LARGEST)
 
 
 def _clear(f: Fitting, trial: Trial) -> bool:
