@@ -42,7 +42,7 @@ LAGS = 6  # maximum number of lags, if their time constants are one decade apart
 PER_DECADE = 3  # number of lags of back-relaxation per decade; their weights have both signs and represent any lag
 # largest response of the lags to a unit step: large weights of opposite signs imitate a derivative at the frequency of
 # the record, and the model is then off by a multiple of the span for other signals
-LARGEST = 2.0
+LARGEST = 5.0
 FRESH = 3  # degree of the nonlinearity of a fit with back-relaxation that begins without the previous parts
 # relays are tried if the error exceeds CLEAR times the noise and the share ENOUGH of the span; the ratio of the errors
 # must then be below GAINED
