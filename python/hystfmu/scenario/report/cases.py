@@ -155,8 +155,8 @@ COLUMNS = 18  # number of columns in a small curve; each column spans the errors
 WIDE, HIGH = 72, 20
 BAD = ' class="bad"'
 MOST_CURVES = 800  # largest number of cases with curves in the matrix; each curve adds 250 bytes to the page
-CAPTION = "Each cell: {names}; the verdict on all metrics. A cell leads to its case."
-WITH_CURVES = CAPTION.replace(": ", ": the error over time, scaled to its largest value; ", 1)
+CAPTION = "Each cell: {shown}; the verdict on all metrics. A cell leads to its case."
+CURVE = "the error over time, scaled to its largest value; "
 
 
 def place(r: CaseResult) -> str:
@@ -177,7 +177,7 @@ def matrix(results: Sequence[CaseResult]) -> str:
         cells, down, across, corner = {(s, c): r for (c, s), r in cells.items()}, scenarios, cases, "scenario"
     names = " or ".join(sorted({_name(v) for r in results if (v := main_verdict(r)) is not None}))
     curves = len(results) <= MOST_CURVES
-    caption = (WITH_CURVES if curves else CAPTION).format(names=names)
+    caption = CAPTION.format(shown=(CURVE if curves else "") + names)
     head = "".join(f'<th scope="col">{escape(a)}</th>' for a in across)
     rows = "".join(
         f'<tr><th scope="row">{escape(d)}</th>{"".join(_cell(cells.get((d, a)), curves) for a in across)}</tr>'
