@@ -312,18 +312,13 @@ def test_an_integrator_and_a_pi_plant_behind_a_delay_have_margins(tmp_path: Path
     assert_upper_limit(figures(run), lambda gain: ends_of(*space, gain * 1.3, gain * 0.9, late / FINE))
 
 
-def test_creep_that_only_the_inverse_has_stays_in_the_loop(tmp_path: Path) -> None:
-    """The plant has plays alone, the inverse undoes creep: slopes of 1 / (1 + w), and the inverse of creep in L.
-
-    Margins hold for slope 1, so that L has the static gain of the inverse undone.
-    """
-    w, T, Kp, Ki = 0.4, 0.5, 0.1, 12.0
-    plays = hy.Graph.single(hy.Node("plays", "prandtl_ishlinskii", {}, PLAYS))
-    made = hy.Scenario("creeping", step=STEP, stop=4.0)
-    made.add("plant", hy.Model("prandtl_ishlinskii", plays, provenance=SPAN, step=STEP))
-    made.add("reference", hy.blocks.Reference(amplitude=1.0, frequency=0.5))
-    made.add("pid", hy.blocks.Pid(Kp=Kp, Ki=Ki))
-    made.add("inverse", creeping(np.array([w]), np.array([T])).inverse())
+def row_behind_inverse(
+    folder: Path, plant: hy.Model, inverse: hy.Model, amplitude: float, Kp: float, Ki: float
+) -> dict[str, Any]:
+    """Margins of a loop of reference, PI law, inverse and plant."""
+    made = hy.Scenario("creeping", step=STEP, stop=4.0).add("plant", plant)
+    made.add("reference", hy.blocks.Reference(amplitude=amplitude, frequency=0.5))
+    made.add("pid", hy.blocks.Pid(Kp=Kp, Ki=Ki)).add("inverse", inverse)  # units step in this order
     for ends in (
         ("reference.r", "pid.y_d"),
         ("reference.r", "pid.u_ff"),
@@ -333,9 +328,21 @@ def test_creep_that_only_the_inverse_has_stays_in_the_loop(tmp_path: Path) -> No
     ):
         made.connect(*ends)
     made.metric("tracking", "rms", "plant.y", "reference.r")
-    run = margins(made, tmp_path / "loop", "--json")
+    run = margins(made, folder / "loop", "--json")
     assert run.exit_code == 0, run.output
     (row,) = json.loads(run.output)["loops"]
+    return dict(row)
+
+
+def test_creep_that_only_the_inverse_has_stays_in_the_loop(tmp_path: Path) -> None:
+    """The plant has plays alone, the inverse undoes creep: slopes of 1 / (1 + w), and the inverse of creep in L.
+
+    Margins hold for slope 1, so that L has the static gain of the inverse undone.
+    """
+    w, T, Kp, Ki = 0.4, 0.5, 0.1, 12.0
+    plays = hy.Graph.single(hy.Node("plays", "prandtl_ishlinskii", {}, PLAYS))
+    plant = hy.Model("prandtl_ishlinskii", plays, provenance=SPAN, step=STEP)
+    row = row_behind_inverse(tmp_path, plant, creeping(np.array([w]), np.array([T])).inverse(), 1.0, Kp, Ki)
     assert row["slopes"] == pytest.approx([1 / (1 + w)] * 2, rel=1e-6)
     z = np.exp(1j * np.geomspace(1e-5, 1, 40_000) * np.pi)
     s = -np.expm1(-STEP / T)
@@ -362,23 +369,8 @@ def test_behind_creep_a_command_at_its_limit_has_no_slope(tmp_path: Path) -> Non
         [hy.Input("u", ("limit.u",))],
         [hy.Output("y", "less.y")],
     )
-    made = hy.Scenario("creeping", step=STEP, stop=4.0)
-    made.add("plant", hy.Model("actuator", graph, provenance=SPAN, step=STEP))
-    made.add("reference", hy.blocks.Reference(amplitude=5.0, frequency=0.5))
-    made.add("pid", hy.blocks.Pid(Kp=0.1, Ki=12.0))
-    made.add("inverse", model.inverse())
-    for ends in (
-        ("reference.r", "pid.y_d"),
-        ("reference.r", "pid.u_ff"),
-        ("plant.y", "pid.y"),
-        ("pid.u", "inverse.u"),
-        ("inverse.y", "plant.u"),
-    ):
-        made.connect(*ends)
-    made.metric("tracking", "rms", "plant.y", "reference.r")
-    run = margins(made, tmp_path / "loop", "--json")
-    assert run.exit_code == 0, run.output
-    (row,) = json.loads(run.output)["loops"]
+    plant = hy.Model("actuator", graph, provenance=SPAN, step=STEP)
+    row = row_behind_inverse(tmp_path, plant, model.inverse(), 5.0, 0.1, 12.0)
     assert row["slopes"] == pytest.approx([0.0, 0.8], abs=1e-6), seed
 
 
