@@ -305,7 +305,7 @@ NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the
 
 
 def test_every_type_of_fmi_3_has_the_bits_of_the_run(write: Any, tmp_path: Path) -> None:
-    """Parameters, connected inputs and outputs; unsigned types read the rectified signal."""
+    """Parameters, connected inputs and outputs; unsigned types read the square of the signal."""
     variables, given, ends = [], {}, {}
     for kind, (value, start) in NUMBERS.items():
         variables += [Variable(f"{c[0]}_{kind}", kind, c, (start,)) for c in ("parameter", "input", "output")]
