@@ -175,8 +175,8 @@ def test_duhem_whose_slope_depends_on_the_input():
 
 
 def test_terms_of_the_slope():
-    got = basis(np.array([2.0]), np.array([-3.0]), 1, 2)
-    np.testing.assert_array_equal(got, [[1, -3, 9, 3, -9, 2, -6, 18, 6, -18]])
+    got = basis(np.array([0.5]), np.array([-3.0]), 1, 2)
+    np.testing.assert_array_equal(4 * got, [[1, -3, 9, 3, -9, 3, -9, 27, 9, -27]])
 
 
 def test_duhem_needs_both_directions():

@@ -37,7 +37,7 @@ NUMBERS = {  # default, least and largest value
         "m": (9, 1, 20), "roughness": (1e-4, 0.0, 1e3), "bend": (5, 1, 20), "range": (1.0, 1e-6, 10.0),
         "sweep": (0, 0, 1000), **U0, **network(5, 3, 230),
     },
-    "duhem": {"m": (0, 0, 6), "q": (5, 1, 10), **BAND},
+    "duhem": {"m": (0, 0, 100), "q": (5, 1, 10), **BAND},
     "duhem_oscillator": STRIDE,
     "fitted_operator_mlp": {"N": (40, 1, 100_000), "bend": (5, 1, 20), **U0, **network(12, 3, 150)},
     "g0_bouc_wen": {"n_max": (6.0, 1.0, 20.0), **DYNAMICS},

@@ -2,7 +2,9 @@
 
 The slope of the output is a function of input, output and direction. Each direction of u has its own coefficients:
 
-  y = c + k u + w, dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))).
+  y = c + k u + w, dw/du = sum_{i<=m} B_i(u) (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))).
+
+B_i are B-splines of the scaled input.
 
 For given k and c, w is known at every row, and linear least squares of the increments of w gives the coefficients. The
 increments are taken between neighbouring rows, or over longer monotone pieces if u is noisy. k and c minimise the
@@ -22,6 +24,7 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
+from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.features.plays import DEAD_BAND
@@ -37,7 +40,7 @@ ROOM = 3.0  # bound of |w|, relative to the largest |w| in the data
 
 CANDIDATES = (Candidate(OPENS, 0.2, 0.5),)
 OPTIONS = (
-    Option("m", 0, 0, 6, text="degree of the slope dw/du as a polynomial of the input"),
+    Option("m", 0, 0, 100, text="number of B-splines of the input, less 1"),
     Option("q", 5, 1, 10, text="degree of the slope dw/du as a polynomial of the output"),
     DEAD_BAND,
 )
@@ -48,11 +51,11 @@ Rows = NDArray[np.intp]
 def basis(u: Array, w: Array, m: int, q: int) -> Array:
     """Return the terms of dw/du at u and w (rows,), shape (rows, (m + 1) (2 q + 1)).
 
-    The terms are the products of u^i, i = 0..m, with 1, w^j and |w| w^(j-1), j = 1..q.
+    The terms are the products of B_i(u), i = 0..m, with 1, w^j and |w| w^(j-1), j = 1..q.
     """
     powers = w[:, None] ** np.arange(q)
     of_w = np.column_stack([np.ones(len(w)), w[:, None] * powers, np.abs(w)[:, None] * powers])
-    of_u = u[:, None] ** np.arange(m + 1)
+    of_u = uniform_splines(u, m + 1)
     return np.asarray((of_u[:, :, None] * of_w[:, None, :]).reshape(len(w), -1))
 
 
