@@ -8,7 +8,7 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.identify.methods import duhem
 
-OPTIONS = {"m": 0, "q": 2, "dead_band": 0.0}
+OPTIONS = {"slopes": "polynomial", "m": 0, "q": 2, "dead_band": 0.0}
 TRAIN = slice(20, 600)
 
 
