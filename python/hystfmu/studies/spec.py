@@ -411,6 +411,10 @@ class Study:
         self._designed: dict[tuple[float, ...], dict[str, Any]] = {}
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
         """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
+        if self.spec.method == "grid":
+            sizes = [p.steps if p.values is None else len(p.values) for p in self.parameters.values()]
+            if math.prod(sizes) > MOST_ROWS:
+                raise InputError(f"{self.file}: the grid must have at most {MOST_ROWS} points")
 
     def _known(self, key: str, names: Iterable[str], have: Iterable[str], what: str = "case") -> None:
         """Raise an InputError if a name of the study file is unknown."""
