@@ -383,7 +383,13 @@ def read_study(file: Path) -> StudySpec:
 
 
 class Study:
-    """A study file at `path` (`*.study.toml`), with the cases of its scenario."""
+    """A study file at `path` (`*.study.toml`), with the cases of its scenario.
+
+    Raises
+    ------
+    InputError
+        The file or its scenario is invalid, or a grid has too many points.
+    """
 
     def __init__(self, path: str | Path) -> None:
         self.file = Path(path)
