@@ -388,7 +388,7 @@ class Study:
     Raises
     ------
     InputError
-        The file or its scenario is invalid, or a grid has too many points.
+        The file is wrong. The message is one line with the file, key and rule.
     """
 
     def __init__(self, path: str | Path) -> None:

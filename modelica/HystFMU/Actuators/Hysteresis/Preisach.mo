@@ -2,8 +2,8 @@ within HystFMU.Actuators.Hysteresis;
 model Preisach "Preisach operator in Everett's form, events at reversals: passive with a density that is not negative"
   extends BaseClasses.Parallel(final passive = scale > 0 and Functions.everettLeastDensity(n, E) >= 0 and passiveBeside, final p_start = Functions.firstBranch(min(max(x_start, lo), hi), lo, hi, virgin));
   extends Interfaces.Reversals(eps = 1e-9*(hi - lo));
-  parameter Integer n(min = 1) = 2 "Steps of the grid over [lo, hi]" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer n(min = 1) = 2 "Number of grid steps over [lo, hi]" annotation (Dialog(group = "Sizes"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
   parameter Real lo = -1 "Scaled voltage of negative saturation" annotation (Dialog(group = "Limits"));
   parameter Real hi = 1 "Scaled voltage of positive saturation" annotation (Dialog(group = "Limits"));
   parameter Real E[div(n*(n + 1), 2)] = {0.2, 0.6, 0.2} "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))" annotation (Dialog(group = "Parameters"));
