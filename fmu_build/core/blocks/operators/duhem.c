@@ -28,13 +28,13 @@
   V(b_fall, PARAM, (m + 1) * q, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: weights of B_i w^j, one row per i") \
   V(c_fall, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "falling u: weights of B_i |w| w^(j-1)")       \
   V(w_max, PARAM, 1, "real", "1", 1e100, HYST_POSITIVE, 1e100, "bound of |w|")                                         \
-  V(du_max, PARAM, 1, "real", "1", 0.02, HYST_POSITIVE, HYST_INF, "longest step of the integration in u")              \
+  V(du_max, PARAM, 1, "real", "1", 0.02, HYST_POSITIVE, HYST_INF, "longest integration step in u")                     \
   V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at u0")                                                    \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where w was w0, before the first input")              \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input that belongs to w0, before the first input")          \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                       \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                     \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that w_last belongs to")                           \
-  V(w_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at u_last")
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last input")                                             \
+  V(w_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at the last input")
 
 #define MOST_STEPS 10000
 
@@ -118,7 +118,7 @@ static double advance(law rise, law fall, double w_max, double du_max, double u_
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  return hyst_fabs(*w0) > *w_max ? "w0 must be within w_max, the bound of |w|" : NULL;
+  return hyst_fabs(*w0) > *w_max ? "|w0| must be at most w_max" : NULL;
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT

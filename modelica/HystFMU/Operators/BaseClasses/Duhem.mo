@@ -12,9 +12,9 @@ partial block Duhem "Duhem operator with slopes for rising and falling input: pa
   parameter Real b_fall[(m + 1)*q] = fill(0.5, (m + 1)*q) "Falling u: weights of B_i w^j, one row per i" annotation (Dialog(group = "Weights"));
   parameter Real c_fall[(m + 1)*q] = fill(-0.5, (m + 1)*q) "Falling u: weights of B_i |w| w^(j-1)" annotation (Dialog(group = "Weights"));
   parameter Real w_max(min = 0, max = 1e100) = 1e100 "Bound of |w|; greater than 0" annotation (Dialog(group = "Limits"));
-  parameter Real du_max(min = 0) = 0.02 "Longest step of the integration in u; greater than 0" annotation (Dialog(group = "Limits"));
+  parameter Real du_max(min = 0) = 0.02 "Longest integration step in u; greater than 0" annotation (Dialog(group = "Limits"));
   parameter Real w0 = 0 "W at u0" annotation (Dialog(group = "Operator"));
-  parameter Real u0 = 0 "Input where w was w0, before the first input" annotation (Dialog(group = "Start"));
+  parameter Real u0 = 0 "Input that belongs to w0, before the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
