@@ -4,8 +4,8 @@ function duhemSlope "Slope of the Duhem operator"
   input Real u "Input";
   input Real w "State";
   input Real a[:] "Coefficients of u^i";
-  input Real b[:] "Of u^i w^j, one row per i";
-  input Real c[:] "Of u^i abs(w) w^(j-1), one row per i";
+  input Real b[:] "Coefficients of u^i w^j, one row per i";
+  input Real c[:] "Coefficients of u^i abs(w) w^(j-1), one row per i";
   input Integer q "Degree in w";
   output Real f "dw/du";
 protected
