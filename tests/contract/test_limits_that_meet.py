@@ -127,7 +127,7 @@ SIZES = {
     "dead_zones": {"n": (1, 6, 100000)},
     "delay": {"n": (1, 1, 1000000)},
     "disturbance_observer": {"n": (1, 1, 100000)},
-    "duhem": {"m": (0, 0, 20), "q": (1, 1, 20)},
+    "duhem": {"m": (0, 0, 100), "q": (1, 1, 20)},
     "duhem_oscillator": {"n": (2, 5, 1000)},
     "in_range": {"n": (1, 1, 100000)},
     "iterative_learning": {"n": (1, 20, 1000000)},

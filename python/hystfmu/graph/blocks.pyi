@@ -229,7 +229,7 @@ class DisturbanceObserver(Block):
     ) -> None: ...
 
 class Duhem(Block):
-    """Duhem operator with polynomial slopes for rising and falling input."""
+    """Duhem operator with slopes for rising and falling input."""
 
     def __init__(
         self,

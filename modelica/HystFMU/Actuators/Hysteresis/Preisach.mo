@@ -9,8 +9,8 @@ model Preisach "Preisach operator in Everett's form, events at reversals; passiv
   parameter Real E[div(n*(n + 1), 2)] = {0.2, 0.6, 0.2} "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))" annotation (Dialog(group = "Parameters"));
   parameter Types.Magnetisation start = Types.Magnetisation.demagnetised "Initial memory" annotation (Dialog(group = "Start"));
 protected
-  parameter Real origin = if start == Types.Magnetisation.low then lo elseif start == Types.Magnetisation.high then hi else 0.5*lo + 0.5*hi "Input at the start of the first branch";
-  parameter Real virgin[2*n + 1] = if start == Types.Magnetisation.demagnetised then Functions.demagnetisedBranch(n, E, 0) else Functions.saturatedBranch(n, E, 0, start) "First branch at half steps of the grid";
+  parameter Real origin = Functions.preisachOrigin(lo, hi, start) "Input at the start of the first branch";
+  parameter Real virgin[2*n + 1] = Functions.virginBranch(n, E, 0, start) "First branch at half steps of the grid";
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, origin}, zeros(2*depth)), each fixed = true) "Dominant extrema of x";
   discrete Real p_turn(start = Functions.firstBranch(origin, lo, hi, virgin), fixed = true) "Output at the last reversal";
   Real bounded "x, limited to [lo, hi]";
