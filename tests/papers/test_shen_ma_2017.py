@@ -126,7 +126,7 @@ def test_the_printed_branch_falls_and_is_refused():
     assert (Branch(a, 0.8, 1.0).slope(d) < 0).tolist() == [True, False, True, False]
     assert g(0.02, a) < 0
     assert g(0.40, a) < g(0.325, a)
-    with pytest.raises(InputError, match="must not fall"):
+    with pytest.raises(InputError, match="must not decrease between"):
         Graph.single(Node("o", "constraint_factor", {}, {"a0": a[0], "a": a[1:], "d_max": 0.8})).run(np.zeros(3))
 
 
