@@ -90,6 +90,7 @@ def test_only_sources_and_the_clock_of_samples_know_the_time(classes: Classes) -
     assert users == {"HystFMU.Interfaces.Sampled"}
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("start", [1.0, -2.5])
 def test_samples_begin_with_the_simulation(start: float) -> None:
     """A controller under a constant error integrates from the start time on, whatever that is."""
