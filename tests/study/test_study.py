@@ -184,6 +184,7 @@ def test_a_grid_of_more_than_ten_million_points_is_refused(write: Any, tmp_path:
     steps = {"command.step": 10**5, "lag.b": 101}
     with pytest.raises(InputError, match="the grid must have at most 10000000 points"):
         hy.study(write(parameters={k: {"range": [0.1, 1.0], "steps": n} for k, n in steps.items()}), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> None:

@@ -7,11 +7,11 @@
 
 /* reason why a block cannot be part of a model, or NULL */
 static const char *unfit(const hyst_node *n) {
-  if (n->block->trial) return "an implicit inverse cannot stand between u and h of another one";
-  if (n->block->deriv) return "it has dynamics; between u and h of an implicit inverse all blocks must be static";
-  if (n->time >= 0) return "it follows the time; between u and h of an implicit inverse all must follow u";
+  if (n->block->trial) return "an implicit inverse must not be between u and h of another one";
+  if (n->block->deriv) return "a block between u and h of an implicit inverse must not have dynamics";
+  if (n->time >= 0) return "a block between u and h of an implicit inverse must not depend on the time";
   if (n->block->rate == HYST_SAMPLED)
-    return "it depends on the time between samples; between u and h of an implicit inverse all blocks must be static";
+    return "a block between u and h of an implicit inverse must not depend on the sample time";
   return NULL;
 }
 

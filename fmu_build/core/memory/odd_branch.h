@@ -13,12 +13,12 @@
 
 #define HYST_ODD_DIMS(D)                 \
   D(m, 1, 1, 20, "number of odd powers") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
+  D(depth, 256, 4, 100000, "maximum number of stored extrema")
 #define HYST_ODD_ROWS(V)                                                                                          \
   V(a0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant of the polynomial: slope at the branch start") \
   V(a, FIXED, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "coefficients of d, d^3, .., d^(2m-1)")                   \
   V(d_max, FIXED, 1, "real", "1", 10.0, HYST_POSITIVE, HYST_INF,                                                  \
-    "longest branch of the polynomial, virgin branches count double; a straight line beyond")
+    "longest branch of the polynomial, then a straight line; a virgin branch counts double")
 
 typedef struct {
   double a0;

@@ -2,7 +2,7 @@ within HystFMU.Actuators;
 model VoltageDrive "Voltage amplifier with limits of voltage, slew rate and current"
   extends Icons.Component;
   parameter Real gain(unit = "V") = 100 "Volts for a command of 1" annotation (Dialog(group = "Parameters"));
-  parameter Types.Voltage v_min = -30 "Least voltage" annotation (Dialog(group = "Limits"));
+  parameter Types.Voltage v_min = -30 "Lowest voltage" annotation (Dialog(group = "Limits"));
   parameter Types.Voltage v_max = 130 "Greatest voltage" annotation (Dialog(group = "Limits"));
   parameter Real slew(unit = "V/s", min = 0) = 1e6 "Greatest rate of the voltage without load" annotation (Dialog(group = "Limits"));
   parameter Types.Current i_max(min = 0) = 0.2 "Greatest current" annotation (Dialog(group = "Limits"));

@@ -5,7 +5,7 @@ block DisturbanceObserver "Disturbance observer: subtracts an estimated input di
 protected
   constant Real pi = 3.141592653589793 "Half a turn";
   parameter Real F[3, 3] = Functions.observedStep(2*pi*f_n*Ts, zeta) "Position, velocity/omega_n, gain d over a step";
-  parameter Real M[3] = Functions.observerGains(F, exp(-2*pi*f_o*Ts)) "Gains of the measurement";
+  parameter Real M[3] = Functions.observerGains(F, exp(-2*pi*f_o*Ts)) "Observer gains";
   discrete Real ahead[3](each start = 0, each fixed = true) "Position, velocity/omega_n, gain d as predicted";
   discrete Real estimate[3](each start = 0, each fixed = true) "The same as estimated";
   discrete Real past[n](each start = 0, each fixed = true) "Commands of the last n steps, newest first";

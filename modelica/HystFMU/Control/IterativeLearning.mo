@@ -3,7 +3,7 @@ block IterativeLearning "Iterative learning control: corrections from the errors
   extends BaseClasses.IterativeLearning(u(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  discrete Real period[2 + 2*n](start = cat(1, {-1}, zeros(1 + 2*n)), each fixed = true) "Present step, its correction, corrections over the period, errors of this period";
+  discrete Real period[2 + 2*n](start = cat(1, {-1}, zeros(1 + 2*n)), each fixed = true) "Present step, its correction, corrections of one period, errors of this period";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
   when sample(t0, Ts) then

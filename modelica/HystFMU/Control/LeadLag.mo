@@ -3,7 +3,7 @@ block LeadLag "Lead-lag controller with feed-forward and limits"
   extends BaseClasses.LeadLag(u(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  discrete Real sections[2*n](each start = 0, each fixed = true) "Lagged parts of the sections, then their inputs";
+  discrete Real sections[2*n](each start = 0, each fixed = true) "Outputs of the lags in the sections, then their inputs";
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");

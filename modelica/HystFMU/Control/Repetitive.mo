@@ -1,5 +1,5 @@
 within HystFMU.Control;
-block Repetitive "Repetitive control: corrects the reference from the errors one period ago"
+block Repetitive "Repetitive control: corrects the reference by the errors of the last period"
   extends BaseClasses.Repetitive(r(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected

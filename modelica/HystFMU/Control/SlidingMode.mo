@@ -1,5 +1,5 @@
 within HystFMU.Control;
-block SlidingMode "Sliding mode controller around a feed-forward, with integral action and anti-windup"
+block SlidingMode "Sliding mode controller with feed-forward, integral action and anti-windup"
   extends BaseClasses.SlidingMode(u(start = 0, fixed = true), s(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected

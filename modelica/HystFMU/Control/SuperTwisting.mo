@@ -1,10 +1,10 @@
 within HystFMU.Control;
-block SuperTwisting "Super-twisting sliding mode controller around a feed-forward, with anti-windup"
+block SuperTwisting "Super-twisting sliding mode controller with feed-forward and anti-windup"
   extends BaseClasses.SuperTwisting(u(start = 0, fixed = true), s(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
   parameter Real layer(unit = "1/s") = if epsilon > 0 then epsilon elseif k_1 <= 0 and k_2 <= 0 then 1 else (10*k_2/(lam*k_1))^2 "Width of the boundary layer";
-  discrete Real v(unit = "s", start = 0, fixed = true) "Integral of phi_2";
+  discrete Real v(unit = "s", start = 0, fixed = true) "Integral of the switching term";
   discrete Real de(unit = "1/s", start = 0, fixed = true) "Filtered derivative of the error";
   discrete Real e(start = 0, fixed = true) "Error";
   discrete Real phi_1(start = 0, fixed = true) "Root of s, with the linear term";

@@ -1,8 +1,8 @@
 within HystFMU.Dynamics;
 block Modes "Second-order modes in parallel"
   extends BaseClasses.Modes;
-  Real q[n](each start = 0, each fixed = true) "Displacements of the modes, before their gains";
-  Real v[n](each start = 0, each fixed = true) "Velocities of the modes, over omega";
+  Real q[n](each start = 0, each fixed = true) "Displacements of the modes, not multiplied by k";
+  Real v[n](each start = 0, each fixed = true) "Velocities of the modes / omega";
 protected
   parameter Real omega[n](each unit = "rad/s") = 6.283185307179586*f_n "Natural angular frequencies";
 equation

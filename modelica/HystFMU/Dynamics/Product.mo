@@ -1,5 +1,5 @@
 within HystFMU.Dynamics;
-block Product "Product of signals, over a product of others"
+block Product "Product of signals, divided by a product of other signals"
   extends BaseClasses.Product;
 protected
   Real factor[n + 1] "Products of the first factors";

@@ -4,15 +4,15 @@ function adaptWeights "Weights of an adaptive inverse and their covariance after
   input Real phi[:] "Regressors";
   input Real e "Error of prediction";
   input Real gate "1: learn from the sample";
-  input Real memory[:] "Sudden changes, wrong predictions in a row, time since the last change, weights, rows of P up to the diagonal";
+  input Real memory[:] "Number of sudden changes, wrong predictions in a row, time since the last change, weights, rows of P up to the diagonal";
   input Real from[size(phi, 1)] "Weights at the start";
   input Real sd[size(phi, 1)] "Standard deviations after a change";
-  input Real sigma "Standard deviation of the error of prediction";
+  input Real sigma "Standard deviation of the prediction error";
   input Real q "Share of sd^2 by which P grows";
-  input Real change "Error of prediction that shows a sudden change";
+  input Real change "Prediction error that indicates a sudden change";
   input Real pause "Least time between two changes";
   input Real Ts "Sample period";
-  input Real box "Farthest of a weight from its start, in sd";
+  input Real box "Largest deviation of a weight from its initial value, in sd";
   input Real w0_min "Least weight of the linear term";
   output Real memory_new[size(memory, 1)] "The same after the sample";
 protected

@@ -31,7 +31,7 @@ algorithm
 <p><b>Equation:</b> integral of 2 dE/dalpha (upwards) and -2 dE/dbeta (downwards) on alpha + beta = lo + hi; it ends at saturation.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <code>demagnetisedBranch(n, E, offset)</code> in <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, which use it.</p>
+<p><b>Example:</b> <code>demagnetisedBranch(n, E, offset)</code> in <a href=\"modelica://HystFMU.Functions.virginBranch\">Functions.virginBranch</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.virginBranch\">Functions.virginBranch</a>, which uses it.</p>
 </html>"));
 end demagnetisedBranch;

@@ -2,7 +2,7 @@ within HystFMU.Functions;
 function leadLag "Sections of a lead-lag controller after a new error"
   extends Icons.Function;
   input Real e "Input of the first section";
-  input Real sections[:] "Lagged parts of the sections, then their inputs, a step before";
+  input Real sections[:] "Outputs of the lags in the sections, then their inputs, a step before";
   input Real T_z[:] "Time constants of the zeros";
   input Real T_p[:] "Time constants of the poles";
   input Real dt "Step; 0: in equilibrium with e";

@@ -2,7 +2,7 @@ within HystFMU.Functions;
 function learn "Corrections of iterative learning control after a new error"
   extends Icons.Function;
   input Real e "Error of this step";
-  input Real period[:] "Last step (-1: none yet), its correction, corrections over the period, errors of this period";
+  input Real period[:] "Last step (-1: none yet), its correction, corrections of one period, errors of this period";
   input Real gain "Share of an error that is learnt";
   input Integer lead "Steps from a command to its effect";
   input Real smooth "Weight of each neighbour in the filter";

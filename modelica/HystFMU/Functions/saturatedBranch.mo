@@ -14,7 +14,7 @@ algorithm
 <p><b>Equation:</b> low: -E_n0 + 2 E(u, lo); high: E_n0 - 2 E(hi, u); both plus offset.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <code>saturatedBranch(n, E, offset, start)</code> in <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, which use it.</p>
+<p><b>Example:</b> <code>saturatedBranch(n, E, offset, start)</code> in <a href=\"modelica://HystFMU.Functions.virginBranch\">Functions.virginBranch</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.virginBranch\">Functions.virginBranch</a>, which uses it.</p>
 </html>"));
 end saturatedBranch;

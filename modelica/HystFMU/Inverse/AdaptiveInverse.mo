@@ -1,5 +1,5 @@
 within HystFMU.Inverse;
-block AdaptiveInverse "Adaptive inverse of a Prandtl-Ishlinskii operator: learns its weights while it runs"
+block AdaptiveInverse "Adaptive inverse of a Prandtl-Ishlinskii operator: learns its weights during operation"
   extends BaseClasses.AdaptiveInverse(u(start = u0, fixed = true), theta(start = cat(1, {w0}, w), each fixed = true), y_hat(start = (w0 + sum(w))*u0, fixed = true), gate(start = 0, fixed = true), changes(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
@@ -11,10 +11,10 @@ protected
   discrete Real past[delay + 1](each start = u0, each fixed = true) "Last commands, newest first";
   discrete Real phi[n + 1](each start = u0, each fixed = true) "Regressors";
   discrete Real dphi[n + 1](each start = 0, each fixed = true) "Their rates/omega_n";
-  parameter Real slow = 1 - exp(-2*pi*f_h*Ts) "Share of the low pass in a step";
+  parameter Real slow = 1 - exp(-2*pi*f_h*Ts) "Gain of the low pass in a step";
   discrete Real low[n + 1](each start = if f_h > 0 then u0 else 0, each fixed = true) "Slow part of the regressors";
   discrete Real y_low(start = 0, fixed = true) "Slow part of the measured output";
-  discrete Real memory[3 + m + div(m*(m + 1), 2)](start = cat(1, {0, 0, pause, w0}, w, Functions.independent(start*sd)), each fixed = true) "Sudden changes, wrong predictions in a row, time since the last change, weights, P";
+  discrete Real memory[3 + m + div(m*(m + 1), 2)](start = cat(1, {0, 0, pause, w0}, w, Functions.independent(start*sd)), each fixed = true) "Number of sudden changes, wrong predictions in a row, time since the last change, weights, P";
   discrete Real y_d_last(start = 0, fixed = true) "Reference of the last sample";
 equation
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");

@@ -1,8 +1,8 @@
 within HystFMU.Loops;
 block PreisachInverse "Inverse of a Preisach operator by root finding"
   extends Interfaces.Inverse;
-  parameter Integer n(min = 1) = 4 "Steps of the grid over [lo, hi]" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer n(min = 1) = 4 "Number of grid steps over [lo, hi]" annotation (Dialog(group = "Sizes"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
   parameter Real lo = -2 "Input of negative saturation" annotation (Dialog(group = "Limits"));
   parameter Real hi = 2 "Input of positive saturation" annotation (Dialog(group = "Limits"));
   parameter Real E[div(n*(n + 1), 2)] = {0.65, 1.4, 0.65, 2.25, 1.4, 0.65, 3.2, 2.25, 1.4, 0.65} "Everett function" annotation (Dialog(group = "Parameters"));

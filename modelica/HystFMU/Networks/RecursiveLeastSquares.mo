@@ -1,5 +1,5 @@
 within HystFMU.Networks;
-block RecursiveLeastSquares "Recursive least squares with a dead zone: learns the weights of regressors while it runs"
+block RecursiveLeastSquares "Recursive least squares with a dead zone: learns the weights of regressors during operation"
   extends BaseClasses.RecursiveLeastSquares(y_hat(start = 0, fixed = true), theta(start = theta0, each fixed = true), learned(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected

@@ -1,5 +1,5 @@
 within HystFMU.Plants;
-block DuhemOscillator "Oscillator with a Duhem force of free shape"
+block DuhemOscillator "Oscillator with a Duhem force of any shape"
   extends BaseClasses.DuhemOscillator(y(start = 0, fixed = true, nominal = 1e-3), z(start = 0, fixed = true, nominal = 10));
   Types.Velocity v(start = 0, fixed = true) "Velocity";
 protected

@@ -383,7 +383,13 @@ def read_study(file: Path) -> StudySpec:
 
 
 class Study:
-    """A study file at `path` (`*.study.toml`), with the cases of its scenario."""
+    """A study file at `path` (`*.study.toml`), with the cases of its scenario.
+
+    Raises
+    ------
+    InputError
+        The file is wrong. The message is one line with the file, key and rule.
+    """
 
     def __init__(self, path: str | Path) -> None:
         self.file = Path(path)
@@ -411,6 +417,10 @@ class Study:
         self._designed: dict[tuple[float, ...], dict[str, Any]] = {}
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
         """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
+        if self.spec.method == "grid":
+            sizes = [p.steps if p.values is None else len(p.values) for p in self.parameters.values()]
+            if math.prod(sizes) > MOST_ROWS:
+                raise InputError(f"{self.file}: the grid must have at most {MOST_ROWS} points")
 
     def _known(self, key: str, names: Iterable[str], have: Iterable[str], what: str = "case") -> None:
         """Raise an InputError if a name of the study file is unknown."""

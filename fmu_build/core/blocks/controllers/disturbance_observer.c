@@ -9,21 +9,21 @@
 #include "core/elementary/second_order.h"
 #include "core/hyst.h"
 
-#define DIMS(D) D(n, 1, 1, 100000, "steps from a command to its response in y: 1 without delay")
-#define VARS(V)                                                                                                 \
-  V(f_n, PARAM, 1, "real", "Hz", 1.0, HYST_POSITIVE, HYST_INF, "natural frequency of the plant")                \
-  V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of the plant")                              \
-  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain of the plant, not 0")                   \
-  V(f_o, PARAM, 1, "real", "Hz", 0.5, HYST_POSITIVE, HYST_INF, "bandwidth of the observer")                     \
-  HYST_LIMIT_ROWS(V)                                                                                            \
-  V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d over a step")   \
-  V(M, DERIVED, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "gains of the measurement")                           \
-  V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential") \
-  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command for the undisturbed plant")                  \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                         \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command minus the estimated disturbance")             \
-  V(d_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated disturbance at the input of the plant") \
-  V(estimate, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d")          \
+#define DIMS(D) D(n, 1, 1, 100000, "steps from a command to its response in y; 1: no delay")
+#define VARS(V)                                                                                                  \
+  V(f_n, PARAM, 1, "real", "Hz", 1.0, HYST_POSITIVE, HYST_INF, "natural frequency of the plant")                 \
+  V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of the plant")                               \
+  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain of the plant, not 0")                    \
+  V(f_o, PARAM, 1, "real", "Hz", 0.5, HYST_POSITIVE, HYST_INF, "bandwidth of the observer")                      \
+  HYST_LIMIT_ROWS(V)                                                                                             \
+  V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "transition matrix of the states over a step")         \
+  V(M, DERIVED, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "observer gains")                                      \
+  V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "workspace for matrices")      \
+  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command for the undisturbed plant")                   \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                          \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command minus the estimated disturbance")              \
+  V(d_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated disturbance at the input of the plant")  \
+  V(estimate, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated position, velocity / omega_n, gain d") \
   V(past, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "commands of the last n steps, newest first")
 
 /* out = F in */

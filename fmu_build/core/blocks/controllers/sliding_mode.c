@@ -10,19 +10,19 @@
 #include "core/elementary/limit.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                               \
-  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                          \
-  V(eta, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "linear gain of s")                                       \
-  V(rho, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "switching gain")                                         \
-  V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "width of the boundary layer; 0: rho / (10 eta)")   \
-  V(switching, FIXED, 1, "smooth|saturation", "1", 0.0, 0.0, 1.0, "s / (|s| + epsilon), or sat(s / epsilon)") \
-  V(k_i, PARAM, 1, "real", "1/s2", 0.0, 0.0, HYST_INF, "integral gain; 0: the law of the paper")              \
-  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")          \
-  HYST_LIMIT_ROWS(V)                                                                                          \
-  HYST_LOOP_ROWS(V, "feed-forward: the inverse model")                                                        \
-  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")                  \
-  V(layer, DERIVED, 1, "real", "1/s", 1.0, 0.0, HYST_INF, "width of the boundary layer")                      \
-  V(integral, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the error")                       \
+#define VARS(V)                                                                                                  \
+  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                             \
+  V(eta, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "linear gain of s")                                          \
+  V(rho, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "switching gain")                                            \
+  V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "width of the boundary layer; 0: rho / (10 eta)")      \
+  V(switching, FIXED, 1, "smooth|saturation", "1", 0.0, 0.0, 1.0, "law s / (|s| + epsilon) or sat(s / epsilon)") \
+  V(k_i, PARAM, 1, "real", "1/s2", 0.0, 0.0, HYST_INF, "integral gain; 0: law of Yu & Alici 2005")               \
+  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")             \
+  HYST_LIMIT_ROWS(V)                                                                                             \
+  HYST_LOOP_ROWS(V, "feed-forward, such as the output of an inverse model")                                      \
+  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")                     \
+  V(layer, DERIVED, 1, "real", "1/s", 1.0, 0.0, HYST_INF, "width of the boundary layer")                         \
+  V(integral, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the error")                          \
   HYST_DIFFERENCE_ROWS(V)
 
 enum { SMOOTH, SATURATION };
@@ -64,7 +64,7 @@ HYST_TANGENT_FN(tangent) {
 }
 HYST_BLOCK(
     sliding_mode,
-    (.text = "Sliding mode controller around a feed-forward, with integral action and anti-windup",
+    (.text = "Sliding mode controller with feed-forward, integral action and anti-windup",
      .equation = "s = de/dt + lam e + k_i int e dt, e = y - y_d, u = u_ff - eta s - rho s / (|s| + epsilon) "
                  "or u_ff - eta s - rho sat(s / epsilon)",
      .source = "Yu & Alici 2005 (k_i = 0); integral sliding line and saturation: Slotine & Li, Applied Nonlinear "

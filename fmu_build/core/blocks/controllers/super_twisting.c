@@ -9,18 +9,18 @@
 #include "core/elementary/limit.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                        \
-  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                   \
-  V(k_1, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "gain of the square root of s, in s^(1/2)")        \
-  V(k_2, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "gain of the integrated switching")              \
-  V(mu, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "weight of the linear terms, in s^(1/2); 0: none")  \
-  V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "boundary layer; 0: (10 k_2 / (lam k_1))^2") \
-  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")   \
-  HYST_LIMIT_ROWS(V)                                                                                   \
-  HYST_LOOP_ROWS(V, "feed-forward: the inverse model")                                                 \
-  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")           \
-  V(layer, DERIVED, 1, "real", "1/s", 1.0, 0.0, HYST_INF, "width of the boundary layer")               \
-  V(v, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of phi_2")                           \
+#define VARS(V)                                                                                                     \
+  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                                \
+  V(k_1, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "gain of |s|^(1/2), in seconds^(1/2)")                          \
+  V(k_2, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "gain of the integrated switching term")                      \
+  V(mu, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "weight of the linear terms, in seconds^(1/2); 0: none")         \
+  V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "width of the boundary layer; 0: (10 k_2 / (lam k_1))^2") \
+  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")                \
+  HYST_LIMIT_ROWS(V)                                                                                                \
+  HYST_LOOP_ROWS(V, "feed-forward, such as the output of an inverse model")                                         \
+  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")                        \
+  V(layer, DERIVED, 1, "real", "1/s", 1.0, 0.0, HYST_INF, "width of the boundary layer")                            \
+  V(v, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the switching term")                           \
   HYST_DIFFERENCE_ROWS(V)
 
 static double phi_1(double s, double mu, double epsilon) { return s / hyst_sqrt(hyst_fabs(s) + epsilon) + mu * s; }
@@ -61,7 +61,7 @@ HYST_TANGENT_FN(tangent) {
   *t_u = hyst_clamp_tangent(free, *u_min, *u_max, *s_u_ff - *k_1 * d_phi_1);
 }
 HYST_BLOCK(super_twisting,
-           (.text = "Super-twisting sliding mode controller around a feed-forward, with anti-windup",
+           (.text = "Super-twisting sliding mode controller with feed-forward and anti-windup",
             .equation = "s = de/dt + lam e, e = y - y_d; u = u_ff - k_1 (|s|^(1/2) sgn s + mu s) - k_2 v, "
                         "v' = sgn(s)/2 + 3/2 mu |s|^(1/2) sgn s + mu^2 s; sgn s = s / (|s| + epsilon)",
             .source = "Levant, Int. J. Control 58 (1993) 1247; Moreno 2009, generalised super-twisting (linear terms)",

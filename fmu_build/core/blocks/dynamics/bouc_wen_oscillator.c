@@ -6,21 +6,21 @@
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                       \
-  V(m_L, PARAM, 1, "real", "kg", 2.0, 1e-100, 1e100, "mass")                                          \
-  V(c_L, PARAM, 1, "real", "N.s/m", 10.0, 0.0, 1e100, "viscous damping")                              \
-  V(k_L, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "linear stiffness")                                \
-  V(alpha, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "stiffness of the hysteretic force at z = 0")    \
-  V(beta, PARAM, 1, "real", "1/m", 1e3, 0.0, 1e100, "weight of the loop; unit of measure for nu = 1") \
-  V(gamma, PARAM, 1, "real", "1", 0.8, -1e100, 1e100, "shape of the loop")                            \
-  V(delta, PARAM, 1, "real", "1", -1.1, -1e100, 1e100, "shape of the loop")                           \
-  V(nu, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                               \
-  V(u, INPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force")                                      \
-  V(y, OUTPUT, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
-  V(z, OUTPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
-  V(q, CSTATE, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
-  V(v, CSTATE, 1, "real", "m/s", 0.0, -HYST_INF, HYST_INF, "velocity")                                \
-  V(f, CSTATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
+#define VARS(V)                                                                                              \
+  V(m_L, PARAM, 1, "real", "kg", 2.0, 1e-100, 1e100, "mass")                                                 \
+  V(c_L, PARAM, 1, "real", "N.s/m", 10.0, 0.0, 1e100, "viscous damping")                                     \
+  V(k_L, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "linear stiffness")                                       \
+  V(alpha, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "stiffness of the hysteretic force at z = 0")           \
+  V(beta, PARAM, 1, "real", "1/m", 1e3, 0.0, 1e100, "weight of the loop (unit of measure valid for nu = 1)") \
+  V(gamma, PARAM, 1, "real", "1", 0.8, -1e100, 1e100, "shape of the loop")                                   \
+  V(delta, PARAM, 1, "real", "1", -1.1, -1e100, 1e100, "shape of the loop")                                  \
+  V(nu, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                      \
+  V(u, INPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force")                                             \
+  V(y, OUTPUT, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                                     \
+  V(z, OUTPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                                 \
+  V(q, CSTATE, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                                     \
+  V(v, CSTATE, 1, "real", "m/s", 0.0, -HYST_INF, HYST_INF, "velocity")                                       \
+  V(f, CSTATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                                 \
   V(a, STATE, 1, "real", "m/s2", 0.0, -HYST_INF, HYST_INF, "acceleration")
 
 enum { MOST_STEPS = 10000, MOST_ITERATIONS = 50 };

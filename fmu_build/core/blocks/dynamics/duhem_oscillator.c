@@ -13,14 +13,14 @@
   V(c_L, PARAM, 1, "real", "N.s/m", 10.0, 0.0, 1e100, "viscous damping")                              \
   V(k_L, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "linear stiffness")                                \
   V(f, PARAM, n, "real", "N/m", 5e4, -1e100, 1e100, "stiffness of the hysteretic force at the knots") \
-  V(z_max, PARAM, 1, "real", "N", 100.0, 1e-100, 1e100, "knots over the forces -z_max to z_max")      \
+  V(z_max, PARAM, 1, "real", "N", 100.0, 1e-100, 1e100, "largest knot; the smallest is -z_max")       \
   V(u, INPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force")                                      \
   V(y, OUTPUT, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
   V(z, OUTPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
   V(q, CSTATE, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
   V(v, CSTATE, 1, "real", "m/s", 0.0, -HYST_INF, HYST_INF, "velocity")                                \
   V(g, CSTATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
-  V(u_last, STATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force at the last step")
+  V(u_last, STATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "input at the last step")
 
 enum { MOST_STEPS = 10000 };
 
@@ -157,7 +157,7 @@ HYST_SENSITIVITY_FN(sensitivity) {
   for (int64_t c = 0; c < n_columns; c++) s_u_last[c] = s_u[c], t_y[c] = s_q[c], t_z[c] = s_g[c];
 }
 HYST_BLOCK(duhem_oscillator,
-           (.text = "Oscillator with a Duhem force of free shape",
+           (.text = "Oscillator with a Duhem force of any shape",
             .equation = "m_L y'' + c_L y' + k_L y + z = u; dz/dy = f(s z), s = sgn(y'), f linear between its knots",
             .source = "Oh & Bernstein 2005 (Duhem's form); Noel & Schoukens 2016 (the oscillator)",
             .family = "dynamics", .tolerance = "integration", .rule_error = 1e-5, .rule_step = 1e-6, .smooth = 1e-8,

@@ -24,53 +24,53 @@ enum { IN_A_ROW = 6 };
 
 #define DIMS(D)                                \
   D(n, 10, 1, 500, "number of play operators") \
-  D(delay, 1, 0, 1000, "steps from a command to the plant")
-#define VARS(V)                                                                                                       \
-  V(w0, FIXED, 1, "real", "1", 1.0, HYST_POSITIVE, HYST_INF, "weight of the linear term at the start")                \
-  V(r, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")                    \
-  V(w, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "weights of the plays at the start")                                \
-  V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: plant and plays rest at this value of u")   \
-  V(f_n, PARAM, 1, "real", "Hz", 0.0, 0.0, HYST_INF, "natural frequency of G0; 0: no dynamics")                       \
-  V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of G0")                                           \
-  V(f_h, FIXED, 1, "real", "Hz", 0.0, 0.0, HYST_INF, "slower errors are left to a feedback; 0: there is none")        \
-  V(sd, PARAM, n + 1, "real", "1", 0.05, 0.0, HYST_INF, "standard deviations of w0 and w after a change")             \
-  V(start, FIXED, 1, "real", "1", 0.1, 0.0, 1.0, "standard deviations at the start, relative to sd")                  \
-  V(T, PARAM, 1, "real", "s", 3.0, HYST_POSITIVE, HYST_INF, "time in which a drift of the weights reaches sd")        \
-  V(sigma, PARAM, 1, "real", "1", 0.01, HYST_POSITIVE, HYST_INF, "standard deviation of the error of prediction")     \
-  V(change, PARAM, 1, "real", "1", 0.04, HYST_POSITIVE, HYST_INF, "error of prediction that shows a sudden change")   \
-  V(pause, PARAM, 1, "real", "s", 0.2, 0.0, HYST_INF, "least time between two sudden changes")                        \
-  V(box, PARAM, 1, "real", "1", 6.0, 0.0, HYST_INF, "farthest of a weight from its start, in sd")                     \
-  V(w0_min, PARAM, 1, "real", "1", 0.1, HYST_POSITIVE, HYST_INF, "least w0, which bounds the slope of the inverse")   \
-  HYST_LIMIT_ROWS(V)                                                                                                  \
-  V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n and input of G0 over a step") \
-  V(slow, DERIVED, 1, "real", "1", 0.0, 0.0, 1.0, "share of the low pass in a step")                                  \
-  V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential")       \
-  V(v, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                              \
-  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference; nothing is learned while it stands still")      \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                               \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives v")                        \
-  V(theta, OUTPUT, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "present weights w0 and w")                          \
-  V(y_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "prediction of y, before it is learned from")            \
-  V(gate, OUTPUT, 1, "real", "1", 0.0, 0.0, 1.0, "1 if the sample was learned from")                                  \
-  V(changes, OUTPUT, 1, "real", "1", 0.0, 0.0, HYST_INF, "sudden changes so far")                                     \
-  V(weights, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights w0 and w")                                 \
-  V(P, STATE, (n + 1) * (n + 2) / 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "covariance: rows up to the diagonal")    \
-  V(z, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays of the command")                                       \
-  V(z_then, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays of the delayed command")                          \
-  V(phi, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "regressors: delayed command and plays through G0")     \
-  V(dphi, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "rates of the regressors / omega_n")                   \
-  V(low, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "their slow part")                                      \
-  V(fast, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "the regressors without it")                           \
-  V(y_low, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "slow part of the measured output")                       \
-  V(gain, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "P phi of the last update")                            \
-  V(commands, STATE, delay + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last commands, newest first")                 \
-  V(v_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "v at the last step")                                    \
-  V(y_d_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference at the last step")                          \
-  V(predicted, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last prediction")                                    \
-  V(learned, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "whether the last sample was learned from")                        \
-  V(wrong, STATE, 1, "real", "1", 0.0, 0.0, IN_A_ROW, "predictions in a row that were off by `change`")               \
-  V(since, STATE, 1, "real", "s", 0.0, 0.0, HYST_INF, "time since the last sudden change")                            \
-  V(count, STATE, 1, "real", "1", 0.0, 0.0, HYST_INF, "sudden changes")
+  D(delay, 1, 0, 1000, "steps until a command reaches the plant")
+#define VARS(V)                                                                                                      \
+  V(w0, FIXED, 1, "real", "1", 1.0, HYST_POSITIVE, HYST_INF, "weight of the linear term at the start")               \
+  V(r, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")                   \
+  V(w, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "weights of the plays at the start")                               \
+  V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: plant and plays rest at this value of u")  \
+  V(f_n, PARAM, 1, "real", "Hz", 0.0, 0.0, HYST_INF, "natural frequency of G0; 0: no dynamics")                      \
+  V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of G0")                                          \
+  V(f_h, FIXED, 1, "real", "Hz", 0.0, 0.0, HYST_INF, "slower errors are not learned (0: all are learned)")           \
+  V(sd, PARAM, n + 1, "real", "1", 0.05, 0.0, HYST_INF, "standard deviations of w0 and w after a sudden change")     \
+  V(start, FIXED, 1, "real", "1", 0.1, 0.0, 1.0, "standard deviations at the start, relative to sd")                 \
+  V(T, PARAM, 1, "real", "s", 3.0, HYST_POSITIVE, HYST_INF, "time in which the drift of a weight reaches sd")        \
+  V(sigma, PARAM, 1, "real", "1", 0.01, HYST_POSITIVE, HYST_INF, "standard deviation of the prediction error")       \
+  V(change, PARAM, 1, "real", "1", 0.04, HYST_POSITIVE, HYST_INF, "prediction error that indicates a sudden change") \
+  V(pause, PARAM, 1, "real", "s", 0.2, 0.0, HYST_INF, "shortest time between two sudden changes")                    \
+  V(box, PARAM, 1, "real", "1", 6.0, 0.0, HYST_INF, "largest deviation of a weight from its initial value, in sd")   \
+  V(w0_min, PARAM, 1, "real", "1", 0.1, HYST_POSITIVE, HYST_INF, "lower limit of w0")                                \
+  HYST_LIMIT_ROWS(V)                                                                                                 \
+  V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "transition matrix of G0 over a step")                     \
+  V(slow, DERIVED, 1, "real", "1", 0.0, 0.0, 1.0, "gain of the low pass in a step")                                  \
+  V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "workspace for matrices")          \
+  V(v, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                             \
+  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference; the weights change only while it moves")       \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                              \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "operator input for the output v")                          \
+  V(theta, OUTPUT, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "current weights w0 and w")                         \
+  V(y_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "prediction of y before the update of the weights")     \
+  V(gate, OUTPUT, 1, "real", "1", 0.0, 0.0, 1.0, "1 if the sample updated the weights")                              \
+  V(changes, OUTPUT, 1, "real", "1", 0.0, 0.0, HYST_INF, "number of sudden changes")                                 \
+  V(weights, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights w0 and w")                                \
+  V(P, STATE, (n + 1) * (n + 2) / 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "covariance: rows up to the diagonal")   \
+  V(z, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays of the command")                                      \
+  V(z_then, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays of the delayed command")                         \
+  V(phi, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "regressors: delayed command and plays through G0")    \
+  V(dphi, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "rates of the regressors / omega_n")                  \
+  V(low, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "slow part of the regressors")                         \
+  V(fast, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "fast part of the regressors")                        \
+  V(y_low, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "slow part of the measured output")                      \
+  V(gain, STATE, n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "P phi of the last update")                           \
+  V(commands, STATE, delay + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last commands, newest first")                \
+  V(v_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "v at the last step")                                   \
+  V(y_d_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference at the last step")                         \
+  V(predicted, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last prediction")                                   \
+  V(learned, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "1 if the last sample updated the weights")                       \
+  V(wrong, STATE, 1, "real", "1", 0.0, 0.0, IN_A_ROW, "number of consecutive prediction errors above `change`")      \
+  V(since, STATE, 1, "real", "s", 0.0, 0.0, HYST_INF, "time since the last sudden change")                           \
+  V(count, STATE, 1, "real", "1", 0.0, 0.0, HYST_INF, "number of sudden changes")
 
 static double product(int n, const double *a, const double *b) {
   double sum = 0;
@@ -228,7 +228,7 @@ HYST_TANGENT_FN(tangent) {
   *t_y_hat = *t_gate = *t_changes = 0;
 }
 HYST_BLOCK(adaptive_inverse,
-           (.text = "Adaptive inverse of a Prandtl-Ishlinskii operator: learns its weights while it runs",
+           (.text = "Adaptive inverse of a Prandtl-Ishlinskii operator: learns its weights during operation",
             .equation = "u such that w0 u + sum_i w_i p_{r_i}[u] = v; theta = (w0, w) += K (y - theta' phi) while y_d "
                         "moves, K = P phi / (sigma^2 + phi' P phi), P <- P - K phi' P + dt / T diag(sd^2), "
                         "phi = G0 z^-delay (u, p_{r_i}[u])",

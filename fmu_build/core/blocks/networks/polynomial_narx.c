@@ -15,20 +15,20 @@ static inline int64_t monomials(int64_t p, int64_t q) {
 }
 
 #define DIMS(D)                                  \
-  D(n_u, 1, 1, 1000, "lags of u")                \
-  D(n_f, 1, 0, 1000, "lags of f")                \
-  D(n_y, 1, 0, 1000, "lags of y")                \
+  D(n_u, 1, 1, 1000, "number of lags of u")      \
+  D(n_f, 1, 0, 1000, "number of lags of f")      \
+  D(n_y, 1, 0, 1000, "number of lags of y")      \
   D(q, 2, 1, 10, "highest degree of a monomial") \
-  D(n_k, 1, 0, 1, "first lag of u and f: 0 direct feed-through, 1 none")
-#define VARS(V)                                                                                            \
-  V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                   \
-    "weights of the monomials, by degree, the constant last")                                              \
-  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                  \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                           \
-  V(f, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "auxiliary function of the input")                 \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                         \
-  V(past, STATE, n_u + n_f + n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "z of the last input, see above") \
-  V(now, STATE, 2 * n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and f_k, which z lacks if n_k = 1")
+  D(n_k, 1, 0, 1, "first lag of u and f; 0: direct feed-through")
+#define VARS(V)                                                                                          \
+  V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                 \
+    "weights of the monomials by degree; the constant is last")                                          \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                         \
+  V(f, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "auxiliary function of the input")               \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                       \
+  V(past, STATE, n_u + n_f + n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "variables z of the last step") \
+  V(now, STATE, 2 * n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and f_k if n_k = 1")
 
 enum { MOST_DEGREE = 10 };
 
@@ -168,7 +168,7 @@ HYST_TANGENT_FN(tangent) {
   *t_y = nested_tangent(&at, *s_u, *s_f, 1, 0).tangent;
 }
 HYST_BLOCK(polynomial_narx,
-           (.text = "Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
+           (.text = "Polynomial of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
             .equation = "y_k = theta' phi(k), phi the monomials up to degree q of lags of u, f and y",
             .source = "IPMC hysteresis model with basis function network, eq. 8-12; Leontaritis & Billings 1985 (NARX)",
             .family = "networks", .tolerance = "rounding"),

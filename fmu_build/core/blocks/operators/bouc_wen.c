@@ -11,24 +11,24 @@
 #include "core/memory/saturation.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                             \
-  V(A, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "slope of z at z = 0")                                    \
-  V(beta, PARAM, 1, "real", "1", 0.5, 0.0, 1e100, "width of the loop")                                      \
-  V(gamma, PARAM, 1, "real", "1", 0.5, -1e100, 1e100, "shape of the loop; beta + gamma > 0")                \
-  V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                      \
-  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "weight of the linear term")                               \
-  V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                                      \
-  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u0; within z_max")                           \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where z was z0, before the first input")   \
-  V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                                       \
-  V(away, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v > 0")                      \
-  V(back, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v < 0")                      \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                            \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                          \
-  V(z, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "hysteretic part")                                 \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that z_last belongs to")                \
-  V(z_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u_last")                                 \
-  V(turn, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "last reversal: s after it, u, path from v = 0") \
+#define VARS(V)                                                                                                        \
+  V(A, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "slope of z at z = 0")                                               \
+  V(beta, PARAM, 1, "real", "1", 0.5, 0.0, 1e100, "width of the loop")                                                 \
+  V(gamma, PARAM, 1, "real", "1", 0.5, -1e100, 1e100, "shape of the loop; beta + gamma > 0")                           \
+  V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                                 \
+  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "weight of the linear term")                                          \
+  V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                                                 \
+  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u0; at most z_max in absolute value")                   \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input that belongs to z0, before the first input")          \
+  V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                                                  \
+  V(away, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v > 0")                                 \
+  V(back, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v < 0")                                 \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                       \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                     \
+  V(z, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "hysteretic part")                                            \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last input")                                             \
+  V(z_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at the last input")                                    \
+  V(turn, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "last reversal: new direction s, input u, path from v = 0") \
   V(law, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "A, beta, gamma, n at the last reversal")
 
 /* one side of the curve: x and t in units of z and u */
@@ -81,9 +81,9 @@ static double value(const curve *c, reversal r, double u) { return r.s * at(c, r
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const double bound = *A / (*beta + *gamma), least = 1e-20 * (*beta + *gamma);
-  if (!(bound > 0) || !hyst_isfinite(bound)) return "beta + gamma must be greater than 0: z would grow without bound";
+  if (!(bound > 0) || !hyst_isfinite(bound)) return "beta + gamma must be greater than 0, else z is unbounded";
   *z_max = hyst_pow(bound, 1 / *n);
-  if (hyst_fabs(*z0) > *z_max) return "z0 must be within (A / (beta + gamma))^(1/n), the bound of z";
+  if (hyst_fabs(*z0) > *z_max) return "|z0| must be at most (A / (beta + gamma))^(1/n)";
   build((arm *)away, *A, *gamma + *beta, least, *n, NULL);
   build((arm *)back, *A, *gamma - *beta, least, *n, (const arm *)away);
   return NULL;

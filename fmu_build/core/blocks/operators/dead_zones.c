@@ -35,5 +35,5 @@ HYST_BLOCK(
     (.text = "Weighted sum of one-sided dead zones",
      .equation = "y = w0 u + sum_i w_i S(u, r_i); S = max(u - r, 0) for r > 0, min(u - r, 0) for r < 0, u for r = 0",
      .source = "Kuhnen 2003", .family = "operators", .inverts = "dead_zones",
-     .invert_condition = "slope positive everywhere; the inverse has other r and w", .tolerance = "rounding"),
+     .invert_condition = "the slope is positive; the inverse has other r and w", .tolerance = "rounding"),
     .rate = HYST_FUNCTION, .output = output, .tangent = tangent)

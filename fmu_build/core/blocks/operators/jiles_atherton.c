@@ -18,19 +18,19 @@
 #include "core/elementary/root.h"
 #include "core/hyst.h"
 
-#define DIMS(D) D(steps, 4, 1, 1000, "steps of the integration for the shorter of a and k")
-#define VARS(V)                                                                                                     \
-  V(Ms, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "saturation of y")                                               \
-  V(a, PARAM, 1, "real", "=u", 0.3, 1e-100, 1e100, "shape of the anhysteretic curve: its slope at 0 is Ms / (3 a)") \
-  V(k, PARAM, 1, "real", "=u", 0.25, 1e-100, 1e100, "pinning of the walls: about the coercive field")               \
-  V(c, PARAM, 1, "real", "1", 0.1, 0.0, 1.0, "reversible share")                                                    \
-  V(alpha, PARAM, 1, "real", "1", 0.05, -1e100, 1e100, "mean field for y = 1; alpha Ms < 3 a")                      \
-  V(m0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "irreversible part of y at u0")                            \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where it was m0, before the first input")          \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "field")                                                    \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "magnetisation")                                           \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "field that m_last belongs to")                        \
-  V(m_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "irreversible part of y at u_last")
+#define DIMS(D) D(steps, 4, 1, 1000, "integration steps per field of length min(a, k)")
+#define VARS(V)                                                                                                      \
+  V(Ms, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "saturation of y")                                                \
+  V(a, PARAM, 1, "real", "=u", 0.3, 1e-100, 1e100, "shape of the anhysteretic curve: its slope at 0 is Ms / (3 a)")  \
+  V(k, PARAM, 1, "real", "=u", 0.25, 1e-100, 1e100, "pinning of the domain walls, approximately the coercive field") \
+  V(c, PARAM, 1, "real", "1", 0.1, 0.0, 1.0, "reversible share")                                                     \
+  V(alpha, PARAM, 1, "real", "1", 0.05, -1e100, 1e100, "mean field at y = 1; alpha Ms < 3 a")                        \
+  V(m0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "irreversible part of y at u0")                             \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "field that belongs to m0, before the first input")        \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "field")                                                     \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "magnetisation")                                            \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last field")                                           \
+  V(m_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "irreversible part of y at the last field")
 
 /* L(x) / x for |x| <= 1, from x^2: a continued fraction */
 static double ratio(double square) {
@@ -144,10 +144,10 @@ static law law_of(const double *Ms, const double *a, const double *k, const doub
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const law l = law_of(Ms, a, k, c, alpha);
-  if (!(*alpha * *Ms < 3 * *a)) return "alpha Ms must be less than 3 a: the anhysteretic curve would jump";
+  if (!(*alpha * *Ms < 3 * *a)) return "alpha Ms must be less than 3 a, otherwise the anhysteretic curve jumps";
   const double d = curve(&l, field_at(&l, *u0, *m0)) - *m0;
   if (!(hyst_fabs(*m0) <= *Ms) || !(hyst_fabs(d) <= *k * *Ms / (3 * *a)))
-    return "m0 must be within Ms, and within k Ms / (3 a) of the anhysteretic curve: no path leads beyond";
+    return "|m0| must be at most Ms, and its distance from the anhysteretic curve at most k Ms / (3 a)";
   return NULL;
 }
 HYST_INIT_FN(init) {

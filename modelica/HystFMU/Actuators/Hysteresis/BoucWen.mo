@@ -16,7 +16,7 @@ initial equation
   z = z0;
   dl = zeros(lags);
 equation
-  assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
+  assert(beta + gamma > 0, "beta + gamma must be greater than 0, else z is unbounded");
   assert((beta + gamma)*abs(z0)^knee <= A, "z0 must be within (A/(beta + gamma))^(1/knee), the bound of z");
   assert(Functions.bendLeastSlope(c0, knots_x, curve) + w0 + min({0, w*A, 2*w*A*beta/(beta + gamma)}) > 0, "w0 and the curve must outweigh w: else the charge falls after a reversal while the voltage rises");
   dz = Functions.boucWenRate(dx, z, A, beta, gamma, knee);

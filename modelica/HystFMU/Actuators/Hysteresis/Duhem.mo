@@ -2,15 +2,15 @@ within HystFMU.Actuators.Hysteresis;
 model Duhem "Duhem operator beside a linear term: passivity not shown"
   extends BaseClasses.Hysteresis(final passive = false, final y_start = offset + scale*(k*x_start + w_start));
   extends Icons.Smooth;
-  parameter Integer n(min = 0) = 0 "Degree in the scaled voltage" annotation (Dialog(group = "Sizes"));
+  parameter Integer n(min = 0) = 0 "Number of B-splines of the scaled voltage, less 1" annotation (Dialog(group = "Sizes"));
   parameter Integer q(min = 1) = 1 "Degree in the state" annotation (Dialog(group = "Sizes"));
   parameter Real k = 0.5 "Slope of the linear term" annotation (Dialog(group = "Operator"));
-  parameter Real a_rise[n + 1] = fill(0.5, n + 1) "Rising voltage: weights of x^i" annotation (Dialog(group = "Weights"));
-  parameter Real b_rise[(n + 1)*q] = fill(-0.5, (n + 1)*q) "Rising voltage: weights of x^i w^j, one row per i" annotation (Dialog(group = "Weights"));
-  parameter Real c_rise[(n + 1)*q] = fill(-0.5, (n + 1)*q) "Rising voltage: weights of x^i abs(w) w^(j-1)" annotation (Dialog(group = "Weights"));
-  parameter Real a_fall[n + 1] = fill(0.5, n + 1) "Falling voltage: weights of x^i" annotation (Dialog(group = "Weights"));
-  parameter Real b_fall[(n + 1)*q] = fill(0.5, (n + 1)*q) "Falling voltage: weights of x^i w^j, one row per i" annotation (Dialog(group = "Weights"));
-  parameter Real c_fall[(n + 1)*q] = fill(-0.5, (n + 1)*q) "Falling voltage: weights of x^i abs(w) w^(j-1)" annotation (Dialog(group = "Weights"));
+  parameter Real a_rise[n + 1] = fill(0.5, n + 1) "Rising voltage: weights of B_i(x)" annotation (Dialog(group = "Weights"));
+  parameter Real b_rise[(n + 1)*q] = fill(-0.5, (n + 1)*q) "Rising voltage: weights of B_i w^j, one row per i" annotation (Dialog(group = "Weights"));
+  parameter Real c_rise[(n + 1)*q] = fill(-0.5, (n + 1)*q) "Rising voltage: weights of B_i abs(w) w^(j-1)" annotation (Dialog(group = "Weights"));
+  parameter Real a_fall[n + 1] = fill(0.5, n + 1) "Falling voltage: weights of B_i(x)" annotation (Dialog(group = "Weights"));
+  parameter Real b_fall[(n + 1)*q] = fill(0.5, (n + 1)*q) "Falling voltage: weights of B_i w^j, one row per i" annotation (Dialog(group = "Weights"));
+  parameter Real c_fall[(n + 1)*q] = fill(-0.5, (n + 1)*q) "Falling voltage: weights of B_i abs(w) w^(j-1)" annotation (Dialog(group = "Weights"));
   parameter Real w_max(min = 0, max = 1e100) = 1e100 "Bound of abs(w), greater than 0" annotation (Dialog(group = "Limits"));
   parameter Real w_start = 0 "State at u_start" annotation (Dialog(group = "Start"));
 protected
@@ -29,7 +29,7 @@ equation
   kept = shift*s;
   lost = (x - shift)*ds;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> s = k x + w, dw/dx = sum_i x<sup>i</sup> (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)), with other weights for rising and for falling x.</p>
+<p><b>Equation:</b> s = k x + w, dw/dx = sum_i B_i(x) (a_i + sum_j (b_ij w<sup>j</sup> + c_ij abs(w) w<sup>j-1</sup>)), with other weights for rising and for falling x. The B_i are uniform B-splines on [-1, 1], see <a href=\"modelica://HystFMU.Functions.duhemSlope\">Functions.duhemSlope</a>.</p>
 <p><b>Heat:</b> the whole power, of either sign within a cycle; passivity is not shown, so that a closed cycle may give energy back, and the actuator warns.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; Coleman &amp; Hodgdon 1986.</p>
 <p><b>Limitations:</b> the slope of s over x, k + dw/dx, must be greater than 0 on every branch: else the charge falls while the voltage rises, and the circuit jumps; no return-point memory: minor loops need not close.</p>

@@ -3,7 +3,7 @@ model JilesAtherton "Jiles-Atherton operator beside a linear and a quadratic ter
   extends BaseClasses.Hysteresis(final passive = false, final y_start = offset + scale*(w0*x_start + (w + w2*M_start)*M_start));
   extends Icons.Smooth;
   parameter Real a(min = 1e-100, max = 1e100) = 0.3 "Shape of the anhysteretic curve" annotation (Dialog(group = "Operator"));
-  parameter Real k(min = 1e-100, max = 1e100) = 0.25 "Pinning of the walls: about the coercive field" annotation (Dialog(group = "Operator"));
+  parameter Real k(min = 1e-100, max = 1e100) = 0.25 "Pinning of the domain walls, approximately the coercive field" annotation (Dialog(group = "Operator"));
   parameter Real c(min = 0, max = 1) = 0.1 "Reversible share" annotation (Dialog(group = "Operator"));
   parameter Real alpha(min = -1e100, max = 1e100) = 0.05 "Mean field for M = 1; alpha < 3 a" annotation (Dialog(group = "Operator"));
   parameter Real w0 = 0.1 "Weight of the field" annotation (Dialog(group = "Weights"));

@@ -2,15 +2,15 @@ within HystFMU.Actuators.Hysteresis;
 model Preisach "Preisach operator in Everett's form, events at reversals: passive with a density that is not negative"
   extends BaseClasses.Parallel(final passive = scale > 0 and Functions.everettLeastDensity(n, E) >= 0 and passiveBeside, final p_start = Functions.firstBranch(min(max(x_start, lo), hi), lo, hi, virgin));
   extends Interfaces.Reversals(eps = 1e-9*(hi - lo));
-  parameter Integer n(min = 1) = 2 "Steps of the grid over [lo, hi]" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer n(min = 1) = 2 "Number of grid steps over [lo, hi]" annotation (Dialog(group = "Sizes"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
   parameter Real lo = -1 "Scaled voltage of negative saturation" annotation (Dialog(group = "Limits"));
   parameter Real hi = 1 "Scaled voltage of positive saturation" annotation (Dialog(group = "Limits"));
   parameter Real E[div(n*(n + 1), 2)] = {0.2, 0.6, 0.2} "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))" annotation (Dialog(group = "Parameters"));
   parameter Types.Magnetisation start = Types.Magnetisation.demagnetised "Initial memory" annotation (Dialog(group = "Start"));
 protected
-  parameter Real origin = if start == Types.Magnetisation.low then lo elseif start == Types.Magnetisation.high then hi else 0.5*lo + 0.5*hi "Where the first branch starts";
-  parameter Real virgin[2*n + 1] = if start == Types.Magnetisation.demagnetised then Functions.demagnetisedBranch(n, E, 0) else Functions.saturatedBranch(n, E, 0, start) "First branch at half steps of the grid";
+  parameter Real origin = Functions.preisachOrigin(lo, hi, start) "Where the first branch starts";
+  parameter Real virgin[2*n + 1] = Functions.virginBranch(n, E, 0, start) "First branch at half steps of the grid";
   discrete Real memory[3 + 2*depth](start = cat(1, {0, 0, origin}, zeros(2*depth)), each fixed = true) "Dominant extrema of x";
   discrete Real p_turn(start = Functions.firstBranch(origin, lo, hi, virgin), fixed = true) "Output at the last reversal";
   Real bounded "x within [lo, hi]";

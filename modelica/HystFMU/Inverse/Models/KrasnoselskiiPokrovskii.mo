@@ -16,7 +16,7 @@ package KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator as a static 
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = cat(1, {a, offset}, p1, p2, w); state0 = cat(1, {0}, k0).</p>
+<p>values = cat(1, {(hi - lo)/n, offset}, Functions.kernelGrid(n, lo, hi, false), Functions.kernelGrid(n, lo, hi, true), w); state0 = cat(1, {0}, Functions.kernelStart(n, lo, hi, u0)).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.KrasnoselskiiPokrovskii\">Operators.Sampled.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;

@@ -19,7 +19,7 @@ package Preisach "Preisach operator as a static model"
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = cat(1, {lo, hi, origin}, virgin, E), origin and virgin as in Operators.Sampled.Preisach; state0 = cat(1, {0, 0, 0, origin}, zeros(2*depth)).</p>
+<p>values = cat(1, {lo, hi, Functions.preisachOrigin(lo, hi, start)}, Functions.virginBranch(n, E, offset, start), E); state0 = cat(1, {0, 0, 0, Functions.preisachOrigin(lo, hi, start)}, zeros(2*depth)).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end Preisach;

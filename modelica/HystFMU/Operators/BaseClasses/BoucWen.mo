@@ -8,8 +8,8 @@ partial block BoucWen "Bouc-Wen operator: parameters and ports"
   parameter Real n(min = 1, max = 20) = 1 "Sharpness of the knee" annotation (Dialog(group = "Operator"));
   parameter Real alpha(min = 0, max = 1) = 0.5 "Weight of the linear term" annotation (Dialog(group = "Weights"));
   parameter Real k = 1 "Output gain" annotation (Dialog(group = "Gains"));
-  parameter Real z0 = 0 "Z at u0; within z_max" annotation (Dialog(group = "Operator"));
-  parameter Real u0 = 0 "Input where z was z0, before the first input" annotation (Dialog(group = "Start"));
+  parameter Real z0 = 0 "Z at u0; at most z_max in absolute value" annotation (Dialog(group = "Operator"));
+  parameter Real u0 = 0 "Input that belongs to z0, before the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));

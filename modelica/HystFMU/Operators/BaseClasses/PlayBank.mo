@@ -7,7 +7,7 @@ partial block PlayBank "Bank of play (backlash) operators: parameters and ports"
   parameter Real z0[n] = fill(0.0, n) "Initial play states" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
-  Interfaces.RealOutput z[n] "Plays" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealOutput z[n] "Outputs of the plays" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
   constant Boolean usesRate = false "Is there an input for the rate?";
   annotation (Documentation(info = "<html>

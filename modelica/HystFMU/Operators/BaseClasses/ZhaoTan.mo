@@ -2,8 +2,8 @@
 within HystFMU.Operators.BaseClasses;
 partial block ZhaoTan "Zhao-Tan hysteretic operator: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
-  parameter Types.Memory memory = Types.Memory.dominant "Which extremum a branch starts from" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
+  parameter Types.Memory memory = Types.Memory.dominant "Extremum at which a branch starts" annotation (Dialog(group = "Memory"));
   parameter Real x0 = 0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "Start"));
   Interfaces.RealInput x "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput dx(unit = "1/s") if usesRate "Rate of x; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));

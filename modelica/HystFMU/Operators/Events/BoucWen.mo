@@ -7,7 +7,7 @@ protected
   discrete Real z_turn(start = z0, fixed = true) "z there";
 equation
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
-  assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
+  assert(beta + gamma > 0, "beta + gamma must be greater than 0, else z is unbounded");
   assert((beta + gamma)*abs(z0)^n <= A, "z0 must be within (A/(beta + gamma))^(1/n), the bound of z");
   when {initial(), change(rising)} then
     z_turn = if initial() then Functions.boucWen(u, u0, z0, A, beta, gamma, n) else Functions.boucWen(u, pre(u_turn), pre(z_turn), A, beta, gamma, n);

@@ -5,7 +5,7 @@ block BoucWen "Bouc-Wen operator, sampled"
 protected
   discrete Real u_last(start = u0, fixed = true) "Input at the last sample";
 equation
-  assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
+  assert(beta + gamma > 0, "beta + gamma must be greater than 0, else z is unbounded");
   assert((beta + gamma)*abs(z0)^n <= A, "z0 must be within (A/(beta + gamma))^(1/n), the bound of z");
   when sample(t0, Ts) then
     z = Functions.boucWen(u, pre(u_last), pre(z), A, beta, gamma, n);

@@ -1,5 +1,5 @@
 within HystFMU.Operators.Sampled;
-block Duhem "Duhem operator with polynomial slopes for rising and falling input, sampled"
+block Duhem "Duhem operator with slopes for rising and falling input, sampled"
   extends BaseClasses.Duhem(y(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected

@@ -6,7 +6,7 @@ protected
   discrete Real u_last(start = u0, fixed = true) "Field at the last sample";
   discrete Real m_last(start = m0, fixed = true) "Irreversible part there";
 equation
-  assert(alpha*Ms < 3*a, "alpha Ms must be less than 3 a: the anhysteretic curve would jump");
+  assert(alpha*Ms < 3*a, "alpha Ms must be less than 3 a, otherwise the anhysteretic curve jumps");
   when sample(t0, Ts) then
     m_last = Functions.jilesAtherton(u, pre(u_last), pre(m_last), Ms, a, k, c, alpha, steps);
     u_last = u;

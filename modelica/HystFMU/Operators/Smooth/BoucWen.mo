@@ -6,7 +6,7 @@ initial equation
   z = Functions.boucWen(u, u0, z0, A, beta, gamma, n);
 equation
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
-  assert(beta + gamma > 0, "beta + gamma must be greater than 0: z would grow without bound");
+  assert(beta + gamma > 0, "beta + gamma must be greater than 0, else z is unbounded");
   assert((beta + gamma)*abs(z0)^n <= A, "z0 must be within (A/(beta + gamma))^(1/n), the bound of z");
   der(z) = Functions.boucWenRate(rate, z, A, beta, gamma, n);
   y = k*(alpha*u + (1 - alpha)*z);

@@ -1,5 +1,5 @@
 within HystFMU.Operators.Smooth;
-block Duhem "Duhem operator with polynomial slopes for rising and falling input, smooth"
+block Duhem "Duhem operator with slopes for rising and falling input, smooth"
   extends BaseClasses.Duhem(final usesRate = true);
   extends Interfaces.Rated;
 protected

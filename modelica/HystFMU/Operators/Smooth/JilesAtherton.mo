@@ -10,7 +10,7 @@ initial equation
   y = Functions.jilesAthertonOutput(u, Functions.jilesAtherton(u, u0, m0, Ms, a, k, c, alpha, steps), Ms, a, c, alpha);
 equation
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
-  assert(alpha*Ms < 3*a, "alpha Ms must be less than 3 a: the anhysteretic curve would jump");
+  assert(alpha*Ms < 3*a, "alpha Ms must be less than 3 a, otherwise the anhysteretic curve jumps");
   der(y) = slope/(1 - alpha*slope)*rate;
   annotation (Documentation(info = "<html>
 <p><b>Limitations:</b> the parameter steps has no effect here but on the way from u0 to the first input.</p>

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,18 @@ class Found:
         return float(np.sqrt(2 * self.cost))
 
 
+class Residuals(Protocol):
+    """Objective of a search."""
+
+    coordinates: Coordinates
+
+    def residuals(self, p: Array) -> Array:
+        """Return the residuals (rows,) at a point p (n,)."""
+
+    def jacobian(self, p: Array) -> Array:
+        """Return the derivatives (rows, n) of the residuals at a point p."""
+
+
 class Differences:
     """Objective whose residuals are any function of the coordinates p (n,), with a Jacobian by finite differences.
 
@@ -82,7 +94,7 @@ class Differences:
 
 
 def refined(
-    objective: Objective | Differences,
+    objective: Residuals,
     p: Array,
     evaluations: int,
     tolerance: float = TOLERANCES[1],
