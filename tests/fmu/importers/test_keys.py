@@ -50,11 +50,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
 WAYS = tuple(way for way in INVERSES if way != "adaptive")  # that one reads a measured output, too
 # words of the error for keys without an inverse of that kind
 NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "no causal inverse")
-OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator")
+OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator")
 CHAINS = ("prandtl_ishlinskii", "g0_prandtl_ishlinskii", "actuator", "auto")
 REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     **{("exact", key): NO_CHAIN for key in METHODS if key not in CHAINS},
     **{(way, key): PAST for way in WAYS for key in OSCILLATORS},
+    ("implicit", "lugre"): ("at friction", "time between samples"),
     ("implicit", "rate_mlp"): ("at rate", "time between samples"),
     ("implicit", "polynomial_narx"): ("at network", "time between samples"),
     ("implicit", "narx_network"): ("at network", "time between samples"),
