@@ -51,6 +51,7 @@ def written(folder: Path, out: Path) -> None:
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi: int, coupling: str) -> None:
@@ -74,6 +75,7 @@ def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path:
     assert got.tobytes() == ours.tobytes()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_reference_fmu_in_a_container(loop: Any, write: Any, measured: Path, tmp_path: Path, version: int) -> None:
     """Feedthrough between controller and plant: foreign code, and the bits of `hystfmu run`."""
@@ -125,6 +127,7 @@ def typed(write: Any, fmi: int = 2, **changes: Any) -> Path:
     return folder
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_texts_whole_numbers_and_booleans(write: Any, tmp_path: Path, fmi: int) -> None:
     folder = typed(write, fmi)
