@@ -69,6 +69,7 @@ def test_every_static_operator_has_a_static_form() -> None:
     assert operators <= MODELS
 
 
+@pytest.mark.stress
 def test_what_the_inverse_alone_needs_stands_in_its_package_alone(tmp_path: Path) -> None:
     block = (export_modelica(static_forms(), tmp_path, "Forms", "a test") / "Model.mo").read_text()
     assert "HystFMU.Dynamics.Delay" in block
