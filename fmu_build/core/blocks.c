@@ -33,6 +33,8 @@
   B(jiles_atherton) \
   B(krasnoselskii_pokrovskii) \
   B(lead_lag) \
+  B(lugre) \
+  B(maxwell_slip_oscillator) \
   B(mlp) \
   B(modes) \
   B(narx_network) \

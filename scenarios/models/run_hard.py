@@ -137,7 +137,9 @@ def study_text(loop: Loop, box: Box) -> str:
     more = ""
     if loop.name == "iterative_learning":
         more = 'cases = ["nominal"]\n'
-    spans = {k: f"[{lo:.6g}, {max(hi, lo * (1 + LEAST), LEAST**2):.6g}]" for k, (lo, hi) in box.items()}  # a range must rise
+    spans = {
+        k: f"[{lo:.6g}, {max(hi, lo * (1 + LEAST), LEAST**2):.6g}]" for k, (lo, hi) in box.items()
+    }  # a range must rise
     text = STUDY.format(name=loop.name, base=base, cases=more, gain_of=gain, **spans)
     if loop.learns:
         text += '"delay.n" = { values = [1] }\n'

@@ -80,6 +80,7 @@ def test_a_long_case_tells_how_far_it_is(loop: Any, write: Any, divide: Divide, 
     assert seen == pytest.approx(parts)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 @pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
 def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: Any, scheme: str) -> None:

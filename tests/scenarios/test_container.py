@@ -51,6 +51,7 @@ def written(folder: Path, out: Path) -> None:
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi: int, coupling: str) -> None:
@@ -74,6 +75,7 @@ def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path:
     assert got.tobytes() == ours.tobytes()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_reference_fmu_in_a_container(loop: Any, write: Any, measured: Path, tmp_path: Path, version: int) -> None:
     """Feedthrough between controller and plant: foreign code, and the bits of `hystfmu run`."""
@@ -125,6 +127,7 @@ def typed(write: Any, fmi: int = 2, **changes: Any) -> Path:
     return folder
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_texts_whole_numbers_and_booleans(write: Any, tmp_path: Path, fmi: int) -> None:
     folder = typed(write, fmi)
@@ -296,6 +299,20 @@ def test_a_number_outside_its_limits_is_damage(
         file.write_text("\n".join([*lines[:row], changed, *lines[row + 1 :]]))
         (said,) = tried(box)
         assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, value)
+
+
+@pytest.mark.parametrize("text", ["%4G", "%G4", "%4", "%00", "%4a"])
+def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: str) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    file = box / "resources" / "system.txt"
+    whole = file.read_text()
+    assert whole.count("unit x ") == 1
+    file.write_text(whole.replace("unit x ", f"unit {text} "))
+    (said,) = tried(box)
+    assert said.startswith("resources/system.txt is damaged near its byte ")
+    file.write_text(whole.replace("unit x ", "unit x%4A "))
+    assert tried(box) == []
 
 
 NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the signal has -8 to 8

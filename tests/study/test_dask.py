@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 
-distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +32,8 @@ def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def address(scratch: Path) -> Iterator[str]:
     """Two workers that run two tasks at a time."""
+    import distributed
+
     with pytest.MonkeyPatch.context() as m:
         m.setenv("TMPDIR", str(scratch))
         sizes = {"n_workers": 2, "threads_per_worker": 2}
@@ -77,7 +80,6 @@ def test_a_wrong_address_is_one_line(write: Any, tmp_path: Path, address: str) -
 
 
 # ---- page ------------------------------------------------------------------------------------------------------------
-pytest.importorskip("distributed", reason="the page needs Dask: pip install 'hystfmu[study]'")
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "python" / "docs" / "howto" / "cluster.md").read_text()

@@ -96,6 +96,7 @@ def every_importer(model: Model, fmi: int, folder: Path) -> None:
     co_simulation(model, fmu, fmi, folder)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])
 def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
     every_importer(model_of(key, way, fitted), fmi, tmp_path)

@@ -265,6 +265,7 @@ def run(system: System, engine: Any) -> Trace:
     return Trace.joined(chunks_here(system, engine), system.n_steps + 1)
 
 
+@pytest.mark.some(8)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("unit", ["lag", "pair"])
 @pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
