@@ -35,7 +35,7 @@ def complaint(source: str, folder: Path) -> str:
             "must be greater than 0",
         ),
         ("Operators.Sampled.BoucWen a(beta = 0.5, gamma = -0.5)", "u", "beta + gamma must be greater than 0"),
-        ("Operators.Sampled.BoucWen a(z0 = 1.1)", "u", "z0 must be within"),
+        ("Operators.Sampled.BoucWen a(z0 = 1.1)", "u", "z0) must be at most"),
         (
             "Operators.Smooth.PrandtlIshlinskii a(n = 1, r = {1e-6}, width = 1e-3)",
             "u du",

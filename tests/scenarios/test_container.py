@@ -302,6 +302,20 @@ def test_a_number_outside_its_limits_is_damage(
         assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, value)
 
 
+@pytest.mark.parametrize("text", ["%4G", "%G4", "%4", "%00", "%4a"])
+def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: str) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    file = box / "resources" / "system.txt"
+    whole = file.read_text()
+    assert whole.count("unit x ") == 1
+    file.write_text(whole.replace("unit x ", f"unit {text} "))
+    (said,) = tried(box)
+    assert said.startswith("resources/system.txt is damaged near its byte ")
+    file.write_text(whole.replace("unit x ", "unit x%4A "))
+    assert tried(box) == []
+
+
 NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the signal has -8 to 8
     **dict.fromkeys(("Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"), (100, 1)),
     **{"Float32": (0.1, 2.5), "Float64": (0.1, 2.5), "Boolean": (True, False)},

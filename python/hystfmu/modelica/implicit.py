@@ -107,7 +107,7 @@ class _Lengths:
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         text = (shipped_library() / "HystFMU" / "Functions" / f"{name}.mo").read_text("utf-8")
-        inputs, size = re.findall(r"input [\w.]+ (\w+)", text), re.search(r"output Real \w+\[(.+)\] ", text)
+        inputs, size = re.findall(r"(?m)^ *input [\w.]+ (\w+)", text), re.search(r"output Real \w+\[(.+)\] ", text)
 
         def zeros(*values: Any) -> Any:
             known = dict(zip(inputs, values, strict=True)) | {"div": operator.floordiv}
