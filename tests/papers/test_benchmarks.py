@@ -14,7 +14,7 @@ from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
 from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.race import AS_GOOD
-from papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
+from papers import boucwen_benchmark, dbo_piezo, reproduce, sums_of_plays
 
 QUICK = ("prandtl_ishlinskii", "bouc_wen", "polynomial_narx")
 
@@ -88,6 +88,7 @@ def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
 
 
 # ---- oscillators ---------------------------------------------------------------------------------------------------
+@pytest.mark.stress
 def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
     """Trained on one multisine, run free on another; the plant is integrated by scipy."""
     h = 1 / 750
@@ -103,7 +104,7 @@ def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
 # ---- tables --------------------------------------------------------------------------------------------------------
 def test_static_plant_against_the_block_of_another_integrator():
     u = signals.nested_reversals(30, 2)
-    p = static_bouc_wen
+    p = boucwen_benchmark
     values = {"A": p.A, "beta": p.BETA, "gamma": p.GAMMA, "n": p.N}
     z = Graph.single(Node("z", "bouc_wen", {}, values)).run(u)[:, 1]
     np.testing.assert_allclose(p.response(u), p.OFFSET + p.LINEAR * u + p.WEIGHT * z, rtol=0, atol=1e-7)
@@ -140,6 +141,7 @@ def test_benchmark_without_its_file_says_so(tmp_path):
         reproduce("boucwen_benchmark", tmp_path)
 
 
+@pytest.mark.stress
 def test_s11_protocol_p1(measured):
     if not (measured / "dbo_piezo" / dbo_piezo.FILE).exists():
         pytest.skip("no dbo_piezo")

@@ -284,6 +284,7 @@ LIMITED = [  # line of the system file, place of a number in it, its least and l
 ]
 
 
+@pytest.mark.some(5)
 @pytest.mark.parametrize(("line", "place", "least", "most"), LIMITED)
 def test_a_number_outside_its_limits_is_damage(
     write: Any, tmp_path: Path, line: str, place: int, least: int, most: int | None

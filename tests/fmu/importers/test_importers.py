@@ -130,6 +130,7 @@ def ends(model: Model, fmi: int, tolerance: float, folder: Path) -> None:
         assert error == 0.0
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 @pytest.mark.parametrize("key", DYNAMIC)
 def test_kinds_with_dynamics_end(key: str, tolerance: float, fitted: dict[str, Model], tmp_path: Path) -> None:
@@ -170,6 +171,7 @@ NO_ARCHIVE = {
 }
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FEW else pytest.mark.stress, id=n) for n in SHIPPED])
 def test_a_shipped_scenario(name: str, tmp_path: Path) -> None:
     case = Cases(SCENARIOS / name).cases[0]
@@ -226,6 +228,7 @@ def installed(readers: Iterable[str]) -> list[str]:
     return found
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("name", "separate"),
     [
