@@ -88,6 +88,7 @@ def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
 
 
 # ---- oscillators ---------------------------------------------------------------------------------------------------
+@pytest.mark.stress
 def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
     """Trained on one multisine, run free on another; the plant is integrated by scipy."""
     h = 1 / 750
@@ -140,6 +141,7 @@ def test_benchmark_without_its_file_says_so(tmp_path):
         reproduce("boucwen_benchmark", tmp_path)
 
 
+@pytest.mark.stress
 def test_s11_protocol_p1(measured):
     if not (measured / "dbo_piezo" / dbo_piezo.FILE).exists():
         pytest.skip("no dbo_piezo")

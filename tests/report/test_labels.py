@@ -65,6 +65,7 @@ def drawn_at(p: Page, width: int) -> list[Any]:
     return list({str(w): w for w in written}.values())
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("kind", ["demonstration", "run", "fmu"])
 def test_labels_of_the_explorer_lie_apart(browser: Browser, made: Callable[[str], Path], kind: str) -> None:
     with opened(browser, made(kind)) as p:
@@ -80,6 +81,7 @@ def test_collisions_are_found() -> None:
     assert collisions([["loop", "a", [45, 0, 55, 10], [50, 50]]]) == ["loop: a leaves the canvas"]
 
 
+@pytest.mark.stress
 def test_labels_of_a_log_axis_are_decades(browser: Browser, tmp_path: Path) -> None:
     from hystfmu.report.page import figure, page
 
@@ -117,6 +119,7 @@ def test_paper_has_light_colours(browser: Browser, made: Callable[[str], Path]) 
             p.wait_for_function(same, arg=light)
 
 
+@pytest.mark.stress
 def test_labels_of_the_pictures_of_the_docs_lie_apart(browser: Browser, tmp_path: Path) -> None:
     import sys
 

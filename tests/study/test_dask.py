@@ -49,6 +49,7 @@ def test_the_same_table_on_a_cluster(write: Any, tmp_path: Path, address: str) -
     assert remote.table.read_bytes() == local.table.read_bytes()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("interrupted", [False, True])
 def test_workers_keep_nothing_of_a_study(
     write: Any, tmp_path: Path, scratch: Path, address: str, interrupted: bool
@@ -108,6 +109,7 @@ def running(command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
         process.kill()
 
 
+@pytest.mark.stress
 def test_the_two_commands_and_the_study_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import Client
 

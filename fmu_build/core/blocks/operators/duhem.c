@@ -51,7 +51,7 @@ static law law_of(const double *a, const double *b, const double *c, int m, int 
 /* the B-splines at u that are not 0, and their derivatives: numbers first to first + last */
 typedef struct {
   int first, last;
-  double value[3], slope[3];
+  double value[3], rate[3];
 } splines;
 
 static splines splines_at(int m, double u) {
@@ -159,7 +159,7 @@ static dual slope_dual(const law *l, dual u, dual w) {
   dual f = {0, 0};
   for (int k = 0; k <= s.last; k++) {
     const ptrdiff_t i = s.first + k;
-    const dual weight = {s.value[k], s.slope[k] * u.tangent};
+    const dual weight = {s.value[k], s.rate[k] * u.tangent};
     dual inner = {0, 0};
     for (int j = l->q - 1; j >= 0; j--)
       inner = plus(plus(times(inner, w), l->b[i * l->q + j], w), l->c[i * l->q + j], size);

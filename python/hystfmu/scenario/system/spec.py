@@ -143,9 +143,9 @@ class UnitSpec(pydantic.BaseModel):
         if len(given) != 1:
             raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of, fmu; here: {given or 'none'}")
         if self.block is None and (self.dims or self.values):
-            raise ValueError("dims and values belong to 'block'; use 'set' to change a model's parameters")
+            raise ValueError("dims and values need 'block'; use 'set' to change parameters of a model")
         if self.fine and self.every != 1:
-            raise ValueError("a unit is either fine or slow: 'fine' and 'every' exclude each other")
+            raise ValueError("a unit must not have both 'fine' and 'every'")
         return self
 
 
@@ -393,7 +393,7 @@ def _chosen(below: Any, run: int, own: list[Any], path: Path) -> list[Any]:
         free = [c["name"] for c in below[:run] if _is_named(c)] if isinstance(below, list) else []
         names = [name for name in free if name not in taken and fnmatchcase(name, case["name"])]
         if not names:
-            raise InputError(f"{path}: case {case['name']}: no other case of the file that it extends has such a name")
+            raise InputError(f"{path}: case {case['name']}: the file that it extends has no case of this name")
         taken.update(names)
         found += [case | {"name": name} for name in names]
     return found
