@@ -1,7 +1,5 @@
 """Conversion of graphs to the hysteresis of an actuator: an operator with static nonlinearities, lags and dynamics."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

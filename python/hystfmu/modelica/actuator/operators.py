@@ -1,7 +1,5 @@
 """Conversion of an operator, alone or with a magnetisation law or a network, to the hysteresis of an actuator."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

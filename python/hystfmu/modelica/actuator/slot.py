@@ -1,7 +1,5 @@
 """Class and parameters of the replaceable component ``hysteresis`` of an actuator (actuator hysteresis for short)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Conversion of an identified model to an actuator, and its files: the class with its parameters, and an example."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
