@@ -25,6 +25,7 @@ FEWEST = {"fmu_of_a_block": 2, "paper": 2}  # heights with something for the key
 Made = Callable[[str], Path]
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("kind", EACH)
 def test_every_page_is_accessible_and_answers_first(browser: Browser, made: Made, kind: str) -> None:
     with opened(browser, made(kind)) as p:
