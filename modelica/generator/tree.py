@@ -215,7 +215,7 @@ def _page_of_checks(root: Path) -> dict[str, str]:
     return {
         "UsersGuide.Checks": f"""{mark(_RULES)}
 within HystFMU.UsersGuide;
-package Checks "What is checked in every class"
+package Checks "Checks of every class"
   extends Icons.Information;
   annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p>Different tools detect different faults. <code>make modelica-strict</code> checks every class by these rules, the

@@ -11,7 +11,7 @@ equation
     der(s[i]) = noEvent(if (if v > 0 then s[i] < r[i] else s[i] > -r[i]) then v else 0);
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit takes Verlet steps, with an error of second order.</p>
+<p><b>Limitations:</b> the block is continuous; the solver determines its accuracy. The unit uses Verlet's method of second order.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.BaseClasses.MaxwellSlipOscillator\">Plants.BaseClasses.MaxwellSlipOscillator</a>: equation, source, example.</p>
 </html>"));
 end MaxwellSlipOscillator;

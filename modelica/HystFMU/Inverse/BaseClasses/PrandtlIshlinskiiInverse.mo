@@ -12,7 +12,7 @@ partial block PrandtlIshlinskiiInverse "Exact inverse of the Prandtl-Ishlinskii 
   Interfaces.RealInput dy(unit = "1/s") if usesRate "Rate of y; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput u "Operator input for the output y" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = y.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14.</p>

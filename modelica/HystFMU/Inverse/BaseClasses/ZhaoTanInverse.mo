@@ -8,7 +8,7 @@ partial block ZhaoTanInverse "Exact inverse of the Zhao-Tan operator: parameters
   Interfaces.RealInput dh(unit = "1/s") if usesRate "Rate of h; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput x "Operator input for the output h" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(|h - h_p|), g(d) = (1 - e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci &amp; Kuhnen 2001.</p>

@@ -11,7 +11,7 @@ partial block ColemanHodgdon "Coleman-Hodgdon operator: parameters and ports"
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y' = alpha |u'| (b u - y) + k u'.</p>
 <p><b>Source:</b> Coleman &amp; Hodgdon 1986, with f(u) = b u and g(u) = k.</p>

@@ -13,7 +13,7 @@ partial block KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator: weigh
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> k = max(k, r(u - p2)) rising, min(k, r(u - p1)) falling, y = offset + sum_i w_i k_i.</p>
 <p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, ch. 2; ridge function of Webb, Lagoudas &amp; Kurdila 1998.</p>

@@ -12,7 +12,7 @@ partial block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus w
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = w0 u + sum_i w_i p_{r_i}[u].</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-9; Zhao &amp; Tan 2008, section II.</p>

@@ -13,7 +13,7 @@ equation
     y = Functions.jilesAthertonOutput(u, m_last, Ms, a, c, alpha);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> at most 500 steps of the integration in a sample.</p>
+<p><b>Limitations:</b> at most 500 integration steps per sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.JilesAtherton\">Operators.BaseClasses.JilesAtherton</a>: equation, source, example.</p>
 </html>"));
 end JilesAtherton;
