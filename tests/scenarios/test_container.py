@@ -166,7 +166,7 @@ def test_outputs_of_one_name_are_refused(write: Any, tmp_path: Path) -> None:
     data["connections"]["x_k.n"] = "reference.r"
     result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "box.fmu")])
     assert result.exit_code == 2
-    assert "x.k_k and x_k.k: both outputs would be called x_k_k in a container" in result.output
+    assert "x.k_k and x_k.k: both outputs would have the name x_k_k in a container" in result.output
 
 
 def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Path) -> None:
@@ -180,7 +180,7 @@ def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Pat
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
     result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "other.fmu")])
     assert result.exit_code == 2
-    assert "coupling.events: a container locates no events between steps; choose 'grid'" in result.output
+    assert "coupling.events must be 'grid': a container locates no events between steps" in result.output
 
 
 def tried(folder: Path, n: int = 1) -> list[str]:
@@ -243,14 +243,14 @@ def test_what_a_container_cannot_step_is_refused(foreign: Any, loop: Any, tmp_pa
     folder = foreign(coupling="iterative")
     result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
     assert result.exit_code == 2
-    assert "a container steps in order or all at once, not with iterative coupling" in result.output
+    assert "the coupling of a container must not be iterative" in result.output
     result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", "3", "-o", str(tmp_path / "box.fmu")])
-    assert "a loop with foreign FMUs becomes an FMU 2.0" in result.output
+    assert "a loop with foreign FMUs needs FMI 2.0" in result.output
     loop["coupling"] = {"scheme": "jacobi", "events": "grid"}
     loop["units"]["plant"]["hold"] = "first"
     (folder / "scenario.toml").write_text(tomli_w.dumps(loop))
     result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
-    assert "plant has a hold of its own: a container knows none" in result.output
+    assert "plant must have no hold, which a container does not support" in result.output
     assert not (tmp_path / "box.fmu").exists()
 
 

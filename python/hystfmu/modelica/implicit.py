@@ -267,8 +267,8 @@ def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str
         if d == at and first <= place < first + n:
             if s < 0:
                 raise InputError(
-                    f"The model of {inverse.name!r} must read its input alone in Modelica. Got {node.name!r}, which "
-                    "reads another input: export an FMU, or take the exact inverse."
+                    f"The model of {inverse.name!r} must depend only on its own input in Modelica. Got {node.name!r}, "
+                    "which has another input: export an FMU, or use the exact inverse."
                 )
             source = graph.nodes[s]
             return "u" if source is inverse else f"{names[source.name]}[{from_place + place - first + 1}]"

@@ -176,13 +176,13 @@ def _refuse_foreign(target: Path) -> None:
     if not target.exists() and not target.is_symlink():
         return
     if target.is_symlink() or not target.is_dir():
-        raise InputError(f"{target}: exists and is not a folder that an export wrote; move it away or use --name")
+        raise InputError(f"{target}: exists, but no export wrote this folder; move it or use --name")
     for file in sorted(target.iterdir()):
         written = file.name == "package.order" or (
             file.suffix == ".mo" and file.is_file() and is_ours(read_bytes(file).decode("utf-8", "replace"))
         )
         if not written:
-            raise InputError(f"{file}: not written by an export, and the folder would be replaced; move it away")
+            raise InputError(f"{file}: an export replaces the folder, but did not write this file; move the file")
 
 
 PERIODS, ROWS = 4, 100  # periods of the sine, and rows of one period

@@ -335,15 +335,15 @@ def run(
     how, overrides = Run(engine, coupling, seconds, confined=confined, progress=progress), dict(set or {})
     several = scenarios if isinstance(scenarios, Sequence) and not isinstance(scenarios, str) else [scenarios]
     if record and (overrides or coupling):
-        raise InputError("--record stores the scenario as it is written: it takes neither --set nor --coupling")
+        raise InputError("--record must not be combined with --set or --coupling")
     if record and case is not None:
-        raise InputError("--record stores all cases of a scenario: it takes no --case")
+        raise InputError("--record stores all cases of a scenario. It must not be combined with --case")
     plans = plan(read(several, overrides, coupling), case, overrides, record)
     if record and (unsaved := next((p.scenario for p in plans if p.scenario.folder is None), None)):
         raise InputError(f"{unsaved.origin}: A baseline is written beside a scenario.toml. Save the scenario first.")
     n = sum(len(p.systems) for p in plans)
     if out is not None and n > 1:
-        raise InputError(f"-o {out}: one file holds one case, and {n} would run; name one with --case")
+        raise InputError(f"-o {out}: one file contains one case, but {n} cases would run; select one with --case")
     advance = _share_done(plans, progress)
     results = Results()
     records: dict[int, dict[str, Record]] = {}

@@ -271,7 +271,8 @@ def test_a_model_in_memory_is_named_after_its_record(folder: Path, tmp_path: Pat
         assert forward.modelName == f"{record} prandtl_ishlinskii"
         assert back.modelName == f"{record} prandtl_ishlinskii_inverse"
         assert f"fitted to the record {record}: " in back.description
-        assert {v.name: v.description for v in back.modelVariables}["y"] == "input that gives it: Spannung, in V"
+        texts = {v.name: v.description for v in back.modelVariables}
+        assert texts["y"] == "input for the wanted output: Spannung, in V"
         names |= {forward.description, back.description}
     assert len(names) == 4
 

@@ -167,7 +167,7 @@ BOUND = 1e-9  # of the span
 NO_ARCHIVE = {
     "example_hold": "has substeps or a hold",
     "example_substeps": "has substeps or a hold",
-    "papers/ipmc_bfbnn_learning": "runs once in several steps",
+    "papers/ipmc_bfbnn_learning": "must run in every step",
 }
 
 

@@ -191,7 +191,7 @@ def test_a_value_that_cannot_be_carried_is_refused(tmp_path: Path, cell: str, me
         ("t [m],v\n1,2\n2,3\n", "the time must be in s, "),
         ("t,z\n1,2\n2,3\n", "'z' is no input of {}; there are v, u_1, u_2"),
         ("t,u_1\n1,2\n2,3\n", "the input 'u' needs columns for all elements; 'u_2' is missing"),
-        ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and there must be a row"),
+        ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and the table must have a row"),
     ],
 )
 def test_a_table_that_does_not_fit(pair: Path, text: str, said: str) -> None:
@@ -243,7 +243,7 @@ def test_times_and_steps(pair: Path, given: dict[str, float], want: tuple[float,
         ({"step": 0.0, "stop": 1.0}, "the step must be finite and greater than 0; got 0"),
         ({"step": 1e-12, "stop": 1.0}, "1e\\+12 steps of 1e-12 s; at least 1 and at most 10000000 can run"),
         ({"settings": {"kk": 1}}, "no parameter 'kk'; there are b, a"),
-        ({}, "states no stop time; give --stop"),
+        ({}, "The FMU states no stop time. Give it with --stop"),
     ],
 )
 def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, Any], message: str) -> None:

@@ -75,7 +75,7 @@ HYST_UPDATE_FN(update) {
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
-  return 0; /* outputs are states */
+  return 0; /* the outputs are states */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT

@@ -96,7 +96,7 @@ static double way_to_zero(const law *l, double u, double w) {
 
 static double step(const law *l, double u, double w, double h) {
   const double next = runge_kutta(l, u, w, h);
-  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* overflow before the bound */
+  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* the step overflowed before the bound */
   if (!(w * next < 0)) return next;
   const double way = way_to_zero(l, u, w);
   return way * h > 0 && hyst_fabs(way) < hyst_fabs(h) ? runge_kutta(l, u + way, 0, h - way) : next;
@@ -138,9 +138,8 @@ HYST_UPDATE_FN(update) {
 }
 
 /* ---- the derivative of the steps ----------------------------------------------------------------------------------
- * The slope of the law at the end would be that of the curve, which the steps follow with order 4.  Where a law is
- * steep and they are long for it, that is off by some tenths of a percent, and not the derivative of what output()
- * answers. */
+ * The slope of the law at the end is the derivative of the exact curve. For steep laws and long steps, it differs by
+ * some tenths of a percent from the derivative of output(). */
 typedef struct {
   double value, tangent;
 } dual;
@@ -187,7 +186,7 @@ static dual way_to_zero_dual(const law *l, dual u, dual w) {
 }
 static dual step_dual(const law *l, dual u, dual w, dual h) {
   const dual next = runge_kutta_dual(l, u, w, h), zero = {0, 0};
-  if (next.value != next.value) { /* to the bound */
+  if (next.value != next.value) { /* step to the bound */
     const dual beyond = {step(l, u.value, w.value, h.value), 0};
     return beyond;
   }

@@ -172,7 +172,7 @@ def actuator_files(model: Model, within: str, told: str, values: Mapping[str, fl
     """
     why = refusal(model)
     if why and values is not None:
-        raise InputError(f"a data sheet makes an actuator, and {why}")
+        raise InputError(f"a data sheet needs an actuator, but {why}")
     if why:
         return {}
     a, (part, shown) = made(model, Sheet.of(values or {})), ACTUATOR
