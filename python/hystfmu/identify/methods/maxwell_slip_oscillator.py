@@ -73,11 +73,13 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
 
     If the record shows no mass or no friction, an InputError is raised.
     """
-    rows, results = data.counted, []
+    every, rows, results = np.arange(len(data.u)), data.counted, []
+    gain = float(np.polyfit(data.u[rows], data.y[rows], 1)[0])
+    beside = np.interp(every, every[rows], (data.y - gain * data.u)[rows])
     for i, count in enumerate(GRIDS):
         progress(i / len(GRIDS))
-        y = np.interp(np.arange(len(data.u)), np.arange(len(data.u))[rows], data.y[rows])
-        for _ in range(2):  # the first model replaces the output of held-out rows, which is a line before
+        y = gain * data.u + beside
+        for _ in range(2):  # the first model replaces the output of held-out rows, which is proportional to u before
             objective = selected(data, y, count).objective(data)
             start = np.zeros(len(objective.coordinates.lo))
             y = run_along(objective.graph(start), data)
