@@ -171,9 +171,9 @@ def test_the_parts_are_counted_and_told():
 def test_dynamics_are_searched_twice_more_on_all_rows(monkeypatch):
     told, rows, searched = [], [], iter([Dynamics(90.0 + k, 0.7, 0.0) for k in range(3)])
 
-    def search(residuals, data, options, progress, near=None):
+    def search(weighted, data, options, progress, near=None):
         progress(0.5)
-        rows.append(len(residuals(Dynamics(90.0, 0.7, 0.0))))
+        rows.append(len(weighted.project(Dynamics(90.0, 0.7, 0.0))[0]))
         return next(searched)
 
     monkeypatch.setattr(bent_chain, "search", search)

@@ -11,30 +11,38 @@ tau)^5/720, which is 5e-9 rad at a fiftieth of the sampling rate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import discretised
 from hystfmu.identify.catalogue import Option, Options
 from hystfmu.identify.estimate.search import Differences, refined, standard_errors
 from hystfmu.model import Model
 
+if TYPE_CHECKING:
+    from hystfmu.identify.estimate.weighted import Weighted
+    from hystfmu.identify.evidence import Evidence
+
 MOST_ROWS = 60_000  # maximum number of rows of a record whose modes are identified before the fit
 TRIALS = 11  # number of start values of f_n, over at most four decades
 MOST_EVALUATIONS = 40  # maximum number of evaluations of residuals and Jacobian per start value
 TOLERANCE = 1e-9  # relative change that ends a search
+NOISY = 1.05  # ratio of residuals to noise up to which a further start point cannot reduce the residuals
 LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is neglected
 # standard errors above which a warning is given: of ln f_n and ln zeta, and of the delay as a phase at f_n (rad)
 KNOWN, KNOWN_PHASE = 0.02, 0.05
 
+_SHOWN: dict[tuple[str | int, ...], Evidence] = {}
 Beside = tuple[tuple[float, float, float], ...]  # natural frequency (Hz), damping ratio, share of the static gain
 
 DYNAMICS_OPTIONS = (
@@ -99,14 +107,11 @@ class Dynamics:
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
         return (g0, Node("delay", "delay", {"n": whole})) if whole else (g0,)
 
-    def filter(self, columns: Array, h: float, hold: str) -> Array:
-        """Return the columns (rows, n) filtered by G0 and the delay, each from its steady state."""
+    def filter(self, columns: Array, h: float, hold: str, rows: NDArray[np.intp] | None = None) -> Array:
+        """Return the columns (n, m), filtered by G0 and the delay from steady state, on ascending rows or all rows."""
         g0, *delays = self.nodes(h, hold)
-        out = discretised(g0, h).run(columns)
-        if not delays:
-            return out
-        n = min(delays[0].dims["n"], len(out))
-        return np.vstack([np.repeat(out[:1], n, axis=0), out[: len(out) - n]])
+        picked = np.arange(len(columns)) if rows is None else rows
+        return discretised(g0, h).run(columns, np.maximum(picked - (delays[0].dims["n"] if delays else 0), 0))
 
 
 def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
@@ -136,44 +141,45 @@ def bounds(data: Dataset, options: Options) -> tuple[Array, Array]:
 
 
 def search(
-    residuals: Callable[[Dynamics], Array],
-    data: Dataset,
-    options: Options,
-    progress: Progress,
-    near: Dynamics | None = None,
+    weighted: Weighted, data: Dataset, options: Options, progress: Progress, near: Dynamics | None = None
 ) -> Dynamics:
     """Return the dynamics that minimise the residuals, by trust-region steps from `near`.
 
-    Without `near`, the search begins at the two start points with the smallest residuals. They are selected from a grid
-    of natural frequencies and from the modes that the record shows.
+    Without `near`, the search begins at the best start point of a grid of natural frequencies. If the residuals then
+    exceed the noise, it also begins at the best other start point: a point of the grid, or the modes that the record
+    shows.
     """
     h, (lo, hi) = data.h, bounds(data, options)
-    scale = data.span * np.sqrt(data.train.stop - data.train.start)
+    rough = weighted.thinned()
 
-    def problem(beside: Beside) -> Differences:
-        most, least = np.append(hi, np.ones(len(beside))), np.append(lo, -np.ones(len(beside)))
-        return Differences(lambda p: residuals(Dynamics.at(p, h, beside)) / scale, np.ones(len(most)), (least, most))
+    def problem(of: Weighted, beside: Beside) -> Differences:
+        return of.differences(beside, (np.append(lo, -np.ones(len(beside))), np.append(hi, np.ones(len(beside)))))
 
-    def refine(p: Array, beside: Beside) -> tuple[float, Dynamics]:
-        start = np.append(p, [share for *_, share in beside])
-        found = refined(problem(beside), start, MOST_EVALUATIONS, TOLERANCE)
-        return found.cost, Dynamics.at(found.p, h, beside)
+    def rated(start: tuple[Array, Beside]) -> float:
+        at = problem(rough, start[1])
+        return float(np.sum(at.residuals(at.coordinates.inside(_point(*start))) ** 2))
+
+    def refine(start: tuple[Array, Beside]) -> tuple[float, Dynamics]:
+        found = refined(problem(weighted, start[1]), _point(*start), MOST_EVALUATIONS, TOLERANCE)
+        return found.misfit, Dynamics.at(found.p, h, start[1])
 
     if near is not None:
-        return refine(near.point(h), near.beside)[1]
+        return refine((near.point(h), near.beside))[1]
     grid = np.linspace(hi[0], max(lo[0], hi[0] + np.log(1e-4)), TRIALS)
     starts: list[tuple[Array, Beside]] = [(np.array([f, np.log(0.7), d]), ()) for f in grid for d in (0.0, 2.0)]
-    # a lightly damped resonance can lie between two frequencies of the grid
-    starts += [(mode.point(h), mode.beside) for mode in _modes(data)]
-    inside, rated = problem(()).coordinates.inside, []
-    for i, (p, beside) in enumerate(starts):
-        rated.append(float(np.sum(problem(beside).residuals(inside(p)) ** 2)))
-        progress(0.3 * (i + 1) / len(starts))
-    found = []
-    for i, k in enumerate(np.argsort(rated, kind="stable")[:2]):
-        found.append(refine(*starts[k]))
-        progress(0.3 + 0.35 * (i + 1))
-    return min(found, key=lambda f: f[0])[1]
+    first, second, *_ = sorted(starts, key=rated)
+    progress(0.3)
+    found = refine(first)
+    progress(0.65)
+    if found[0] * data.span > NOISY * noise(data.y[data.counted]):
+        # a lightly damped resonance can lie between two frequencies of the grid
+        shown: list[tuple[Array, Beside]] = [(mode.point(h), mode.beside) for mode in _modes(data)]
+        found = min(found, refine(min([second, *shown], key=rated)), key=lambda f: f[0])
+    return found[1]
+
+
+def _point(p: Array, beside: Beside) -> Array:
+    return np.append(p, [share for *_, share in beside])
 
 
 def _modes(data: Dataset) -> list[Dynamics]:
@@ -185,7 +191,10 @@ def _modes(data: Dataset) -> list[Dynamics]:
         return []
     from hystfmu.identify.evidence import evidence  # imports scipy.signal, which takes long
 
-    shown = evidence(data)
+    if (key := tuple(data.identity)) not in _SHOWN:  # candidates of ``auto`` and folds share a record
+        _SHOWN.clear()
+        _SHOWN[key] = evidence(data)
+    shown = _SHOWN[key]
     late = shown.delay if np.isfinite(shown.delay_se) else 0.0
     found = [Dynamics(m.f_n, m.zeta, late) for m in shown.modes]
     if len(shown.modes) > 1:
@@ -195,13 +204,11 @@ def _modes(data: Dataset) -> list[Dynamics]:
     return found
 
 
-def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Options) -> Array:
+def uncertainty(weighted: Weighted, g: Dynamics, data: Dataset, options: Options) -> Array:
     """Return the standard errors (3,) of ln f_n, ln zeta and the delay (samples) of the identified dynamics `g`."""
     lo, hi = bounds(data, options)
-    p = g.point(data.h)
-    free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
-    near = Differences(lambda p: residuals(Dynamics.at(p, data.h, g.beside)), np.ones(3), (lo, hi))
-    return standard_errors(residuals(g), near.jacobian(np.clip(p, lo, hi)), free)
+    near, p = weighted.differences(g.beside, (lo, hi)), np.clip(g.point(data.h), lo, hi)
+    return standard_errors(near.residuals(p), near.jacobian(p), ~near.coordinates.at_bounds(p))
 
 
 def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list[str]:

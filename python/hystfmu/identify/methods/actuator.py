@@ -92,8 +92,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     ]
     found: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     if parts.g:
-        residuals = f.residuals(replace(best, fit=fitted), f.all)
-        spread = uncertainty(residuals, parts.g, data, options)
+        spread = uncertainty(f.behind(replace(best, fit=fitted), f.all), parts.g, data, options)
         found |= told(parts.g, spread, data, options)
     found["warnings"] = [*warned, *found.get("warnings", ())]
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
