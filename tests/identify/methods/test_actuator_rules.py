@@ -55,6 +55,9 @@ class Fitting:
         self.asked.append((parts, start))
         return Trial(parts, start or trial(1.0).fit, self.error(parts))
 
+    def settled(self, of):
+        return False  # no noise
+
     def dynamics(self, of, rows, progress):
         progress(1.0)
         self.asked.append((of.parts, rows))

@@ -133,6 +133,13 @@ class Fitting:
         e = bent_sum.model(self.problem(parts, self.held), fitted) - self.data.y[self.held]
         return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
 
+    def settled(self, trial: Trial) -> bool:
+        """Return whether the error of a trial is so close to the noise that no further component can be kept.
+
+        An error clearly below the estimated noise shows that the estimate is wrong.
+        """
+        return BETTER * trial.error <= self.noise <= trial.error / BETTER
+
     def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Progress) -> Dynamics:
         """Search the linear dynamics after the hysteresis of a trial; each step also fits the weights again."""
         return search(self.behind(trial, rows), self.data, self.options, progress, trial.parts.g)
