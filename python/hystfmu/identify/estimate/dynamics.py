@@ -191,10 +191,11 @@ def _modes(data: Dataset) -> list[Dynamics]:
         return []
     from hystfmu.identify.evidence import evidence  # imports scipy.signal, which takes long
 
-    if (key := tuple(data.identity)) not in _SHOWN:  # candidates of ``auto`` and folds share a record
+    key = tuple(data.identity)
+    if (shown := _SHOWN.get(key)) is None:  # candidates of ``auto`` and folds share a record
+        shown = evidence(data)
         _SHOWN.clear()
-        _SHOWN[key] = evidence(data)
-    shown = _SHOWN[key]
+        _SHOWN[key] = shown
     late = shown.delay if np.isfinite(shown.delay_se) else 0.0
     found = [Dynamics(m.f_n, m.zeta, late) for m in shown.modes]
     if len(shown.modes) > 1:
