@@ -175,6 +175,7 @@ def search(
         # a lightly damped resonance can lie between two frequencies of the grid
         shown: list[tuple[Array, Beside]] = [(mode.point(h), mode.beside) for mode in _modes(data)]
         found = min(found, refine(min([second, *shown], key=rated)), key=lambda f: f[0])
+    progress(1.0)
     return found[1]
 
 
