@@ -70,7 +70,11 @@ class BaseClass:
             f"partial block {self.name} {sentence(f'{block.text}: parameters and ports')}",
             f"  extends {f'Interfaces.{slot}' if slot else f'Icons.{self._icon}'};",
             *(f"  {d}" for d in declared),
-            *(["protected", '  constant Boolean usesRate = false "Is there an input for the rate?";'] if rated else []),
+            *(
+                ["protected", '  constant Boolean usesRate = false "True if there is an input for the rate";']
+                if rated
+                else []
+            ),
             f"  annotation (Documentation(info = {information(*self._paragraphs(shelf))}));",
             f"end {self.name};\n",
         ]

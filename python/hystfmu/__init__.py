@@ -60,28 +60,7 @@ _HOME = {  # module and name of each public object; an empty name means the modu
     "synthetic": "data.synthetic:",
     "validate": "fmu.check.check:validate",
 }
-__all__ = [
-    "Dataset",
-    "Graph",
-    "Input",
-    "InputError",
-    "Model",
-    "Node",
-    "Output",
-    "Scenario",
-    "Study",
-    "Unit",
-    "blocks",
-    "design",
-    "fit",
-    "read",
-    "redesign",
-    "run",
-    "signals",
-    "study",
-    "synthetic",
-    "validate",
-]
+__all__ = [*_HOME]
 
 
 if not TYPE_CHECKING:  # with __getattr__, a type checker would accept misspelt names
@@ -95,4 +74,4 @@ if not TYPE_CHECKING:  # with __getattr__, a type checker would accept misspelt 
 
 
 def __dir__() -> list[str]:
-    return list(__all__)
+    return __all__

@@ -59,7 +59,7 @@ def test_constraint_factor_goes_on_straight_beyond_d_max() -> None:
 def test_published_coefficients_of_shen_and_ma_are_no_operator() -> None:
     """Table 1: a_0 < 0 makes every branch fall at its start; the literal form still runs."""
     values = {"a0": -13.1053, "a": PUBLISHED, "d_max": 1.0}
-    with pytest.raises(InputError, match="must not fall between d = 0 and d_max"):
+    with pytest.raises(InputError, match="must not decrease between d = 0 and d_max"):
         ConstraintFactor(**values)([0.0, 1.0])
     h = ConstraintFactor(**values, memory="last")([0.0, 0.001, 0.5])
     d = np.array([0.0, 0.001, 0.5])
@@ -78,7 +78,7 @@ def test_a_branch_that_falls_somewhere_is_refused(d_max: float, increases: bool)
     if increases:
         block([0.0, 1.0])
     else:
-        with pytest.raises(InputError, match="must not fall"):
+        with pytest.raises(InputError, match="must not decrease between"):
             block([0.0, 1.0])
 
 

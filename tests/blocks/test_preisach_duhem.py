@@ -174,9 +174,37 @@ def test_duhem_whose_slope_depends_on_the_input():
     assert min(worst(fit(data, "duhem", m=0, q=5), plant, data).values()) >= 0.1
 
 
+class Alloy:
+    """dw/d|u| = r (W - w): w to 1 rising, to 0 falling; the integral of r is a tanh, so ramps have a closed form."""
+
+    def __init__(self, up, down, width, size, elastic):
+        self.at, self.width, self.size, self.elastic = (up, down), width, size, elastic
+
+    def __call__(self, u):
+        w, out = 0.5, np.zeros(len(u))
+        for i, (last, now) in enumerate(zip(np.r_[u[0], u[:-1]], u, strict=True)):
+            fall = int(now < last)
+            a, b = np.tanh((np.array([last, now]) - self.at[fall]) / self.width)
+            w = (1 - fall) + (w - (1 - fall)) * np.exp(-self.size * abs(b - a))
+            out[i] = w
+        return out + self.elastic * u
+
+
+@pytest.mark.parametrize(
+    ("record", "most"), [(signals.training(30), 0.1), (signals.decaying_sine(9, 0.12), 0.4)], ids=["nested", "decaying"]
+)
+def test_saturating_slopes_of_a_shape_memory_alloy(record, most):
+    plant = Alloy(0.3, -0.2, 0.25, 1.3, 0.2)
+    y = plant(record)
+    data = Dataset.from_signal(record, y + 5e-4 * np.ptp(y) * np.random.default_rng(2).normal(size=len(y)))
+    table = worst(fit(data, "duhem", slopes="saturating"), plant, data)
+    assert max(table.values()) <= most, table
+    assert max(worst(fit(data, "duhem"), plant, data).values()) >= 1.0, "these slopes do not depend on the input"
+
+
 def test_terms_of_the_slope():
-    got = basis(np.array([2.0]), np.array([-3.0]), 1, 2)
-    np.testing.assert_array_equal(got, [[1, -3, 9, 3, -9, 2, -6, 18, 6, -18]])
+    got = basis(np.array([0.5]), np.array([-3.0]), 1, 2)
+    np.testing.assert_array_equal(4 * got, [[1, -3, 9, 3, -9, 3, -9, 27, 9, -27]])
 
 
 def test_duhem_needs_both_directions():

@@ -16,10 +16,10 @@ from hystfmu.graph.listing import group
 
 CLAMPED = "u_min must not be greater than u_max"
 MAY_MEET = [  # the lower one, the upper one, the refusal
-    ("amplifier", "u_min", "u_max", "the limits need u_min <= u_max"),
+    ("amplifier", "u_min", "u_max", "u_min must not be greater than u_max"),
     ("adaptive_inverse", "w0_min", "w0", "w0_min must not be greater than w0"),
-    ("in_range", "lo", "hi", "the limits need lo <= hi"),
-    ("scaling", "lo", "hi", "the limits need lo <= hi"),
+    ("in_range", "lo", "hi", "lo must not be greater than hi"),
+    ("scaling", "lo", "hi", "lo must not be greater than hi"),
     *(
         (block, "u_min", "u_max", CLAMPED)
         for block in ("adaptive_inverse", "disturbance_observer", "lead_lag", "pid", "sliding_mode", "super_twisting")
@@ -66,7 +66,7 @@ def test_every_signal_has_its_own_limits(element: int) -> None:
         assert np.array_equal(limited.run(u, 0.1).reshape(2, 3), np.clip(u, lo, hi))
         changed = hi.copy()
         changed[element] = lo[element] - 0.1
-        with pytest.raises(InputError, match="the limits need lo <= hi"):
+        with pytest.raises(InputError, match="lo must not be greater than hi"):
             build("in_range", {"lo": lo.tolist(), "hi": changed.tolist()})
 
 
@@ -127,13 +127,14 @@ SIZES = {
     "dead_zones": {"n": (1, 6, 100000)},
     "delay": {"n": (1, 1, 1000000)},
     "disturbance_observer": {"n": (1, 1, 100000)},
-    "duhem": {"m": (0, 0, 20), "q": (1, 1, 20)},
+    "duhem": {"m": (0, 0, 100), "q": (1, 1, 20)},
     "duhem_oscillator": {"n": (2, 5, 1000)},
     "in_range": {"n": (1, 1, 100000)},
     "iterative_learning": {"n": (1, 20, 1000000)},
     "jiles_atherton": {"steps": (1, 4, 1000)},
     "krasnoselskii_pokrovskii": {"n": (1, 4, 1000), "depth": (4, 256, 100000)},
     "lead_lag": {"n": (1, 1, 1000)},
+    "maxwell_slip_oscillator": {"n": (1, 4, 1000)},
     "mlp": {"n_in": (1, 1, 10000), "n_hidden": (1, 12, 10000), "n_out": (1, 1, 10000)},
     "modes": {"n": (1, 1, 1000)},
     "narx_network": {"n_u": (1, 2, 1000), "n_y": (0, 1, 1000), "n_hidden": (1, 4, 10000)},

@@ -240,7 +240,7 @@ def test_the_hint_names_only_methods_that_work(key, static, options):
     if static:
         inverse(model, "implicit")
     else:
-        with pytest.raises(InputError, match="time between samples"):
+        with pytest.raises(InputError, match="on the sample time"):
             inverse(model, "implicit")
     inverse(model, "learned", iterations=5, starts=1)
     with pytest.raises(InputError, match="span_u") as e:

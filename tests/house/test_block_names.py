@@ -11,7 +11,6 @@ from hystfmu.core.library import block_types
 PACKAGE = Path(hystfmu.__file__).parent
 EVERY = "*"
 MODEL = "kind of model of that name"
-STATIC = "expressions of this block for the Modelica inverse of a network of blocks"
 
 # file or folder -> name of a block -> the method and why it needs this name; EVERY: a folder that builds graphs
 ALLOWED: dict[str, dict[str, str]] = {
@@ -153,30 +152,12 @@ ALLOWED: dict[str, dict[str, str]] = {
         "polynomial_narx": "the class has a limit on the degree",
         "transfer_function": "is_discretised(): becomes a StateSpace; _LACKS: the class is continuous",
         "mlp": "is_large(): becomes a function",
-        **dict.fromkeys(("bouc_wen_oscillator", "duhem_oscillator"), "_PLANTS: stands among the plants"),
+        **dict.fromkeys(
+            ("bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator"), "_PLANTS: stands among the plants"
+        ),
         "adaptive_inverse": "_LEARNS: an inverse without other realisations",
         "reference": "has_shapes(): a class for each shape",
     },
-    "modelica/implicit.py": dict.fromkeys(
-        (
-            "backlash_sum",
-            "bouc_wen",
-            "coleman_hodgdon",
-            "constraint_factor",
-            "dead_zones",
-            "duhem",
-            "jiles_atherton",
-            "krasnoselskii_pokrovskii",
-            "mlp",
-            "play_bank",
-            "prandtl_ishlinskii",
-            "preisach",
-            "scaling",
-            "sum",
-            "zhao_tan",
-        ),
-        STATIC,
-    ),
     "redesign/__init__.py": {"repetitive": "a function of this name, not a block"},
     "redesign/controller.py": {"pid": "controller(): a gain of 1 in the place of the controllers"},
     "redesign/insert.py": {

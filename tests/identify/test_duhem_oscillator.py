@@ -1,4 +1,4 @@
-"""Oscillator with a Duhem force of free shape: block and kind of model, against scipy's integration of a plant."""
+"""Oscillator with a Duhem force of any shape: block and kind of model, against scipy's integration of a plant."""
 
 import numpy as np
 import pytest

@@ -114,6 +114,7 @@ def test_a_dashpot_in_series_with_bouc_wen():
     assert reached("Spencer's MR damper", "bouc_wen_parallel", "chirp", seed=65228) <= 1.2
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("form", ["chirp", "decaying sine"])
 def test_back_relaxation(form):
     """Ionic polymer: plays, a fast lag and a slow negative lag; creep of positive weights leaves 5 to 9 %."""
@@ -125,6 +126,7 @@ def test_lags_do_not_imitate_a_derivative():
     assert reached("Spencer's MR damper", "actuator", "decaying sine", seed=4711) <= 15
 
 
+@pytest.mark.stress
 def test_relays_stand_behind_a_bend():
     """A ferroelectric butterfly: plays leave 3 %, a density of relays without a bend 35."""
     assert reached("ferroelectric butterfly", "actuator", operator="relays", dynamics="no", creep="no") <= 1.5
@@ -135,6 +137,7 @@ def test_one_decaying_sine_shows_the_dynamics_behind_an_operator():
     assert reached("Coleman-Hodgdon piezo, mode, delay", "g0_bouc_wen", "decaying sine") <= 0.05
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("strain", [0.0, 0.4])
 def test_a_magnetic_device_about_a_bias(strain):
     """Jiles-Atherton with an eddy lag, a magnet and a current that is never negative; `actuator` leaves 1 %."""

@@ -116,6 +116,7 @@ def test_in_the_demo(browser: Browser, made: Callable[[str], Path]) -> None:
     assert found["actuator"].tolist() == model.predict(found["u"]).tolist()  # bit for bit
 
 
+@pytest.mark.stress
 def test_in_the_docs(browser: Browser, tmp_path: Path) -> None:
     docs = ROOT / "python" / "docs"
     spec = importlib.util.spec_from_file_location("docs_build", docs / "build.py")
@@ -127,6 +128,7 @@ def test_in_the_docs(browser: Browser, tmp_path: Path) -> None:
     moves(browser, tmp_path / "explorer_alone.html")
 
 
+@pytest.mark.stress
 def test_in_a_wheel_that_is_built_from_the_source_archive(browser: Browser, tmp_path: Path) -> None:
     """The files of the wheel are those of the archive; compiled libraries come from this installation."""
     pytest.importorskip("scikit_build_core")

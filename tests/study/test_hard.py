@@ -79,6 +79,7 @@ def stable(name: str, case: str, settings: dict[str, Any]) -> bool:
     return opened.stable(gain * (first + settings.get("plant.g0_k_2", 1 - first)), late)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", some(STABLE))
 def test_draws_of_today_inside_the_stated_ranges_are_stable(name: str) -> None:
     study = Study(SCENARIOS / name / "stable.study.toml")
@@ -144,6 +145,7 @@ def test_a_slow_sensor_and_jitter_do_what_they_say() -> None:
         open_loop(system("pid", "jitter", {}))
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", some(LOOPS))
 def test_recorded_errors_are_those_of_the_scenarios(name: str) -> None:
     again = script("run_hard").cases(name)

@@ -184,12 +184,13 @@ def test_a_grid_of_more_than_ten_million_points_is_refused(write: Any, tmp_path:
     steps = {"command.step": 10**5, "lag.b": 101}
     with pytest.raises(InputError, match="the grid must have at most 10000000 points"):
         hy.study(write(parameters={k: {"range": [0.1, 1.0], "steps": n} for k, n in steps.items()}), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> None:
     hy.study(write(), tmp_path / "out", workers=1)
     path = write(parameters={"command.step": {"range": [1, 2]}})
-    with pytest.raises(InputError, match="holds the table of a study with other parameters"):
+    with pytest.raises(InputError, match="contains the table of a study with other parameters"):
         hy.study(path, tmp_path / "out", workers=1)
 
 

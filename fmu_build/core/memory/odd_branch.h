@@ -13,12 +13,12 @@
 
 #define HYST_ODD_DIMS(D)                 \
   D(m, 1, 1, 20, "number of odd powers") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
+  D(depth, 256, 4, 100000, "maximum number of stored extrema")
 #define HYST_ODD_ROWS(V)                                                                                          \
   V(a0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant of the polynomial: slope at the branch start") \
   V(a, FIXED, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "coefficients of d, d^3, .., d^(2m-1)")                   \
   V(d_max, FIXED, 1, "real", "1", 10.0, HYST_POSITIVE, HYST_INF,                                                  \
-    "longest branch of the polynomial, virgin branches count double; a straight line beyond")
+    "longest branch of the polynomial, then a straight line; a virgin branch counts double")
 
 typedef struct {
   double a0;
@@ -69,7 +69,7 @@ static inline double hyst_odd_least_slope(const hyst_odd *l, int first) {
   double least = HYST_INF;
   for (int i = first; i <= HYST_ODD_CELLS; i++) {
     const double s = hyst_odd_slope(l, l->d_max * i / HYST_ODD_CELLS);
-    if (!(s >= least)) least = s; /* also for NaN */
+    if (!(s >= least)) least = s; /* also true for NaN */
   }
   return least;
 }
@@ -89,7 +89,7 @@ static inline double hyst_odd_inverse(const void *ctx, double v) {
     if (e < 0) lo = d;
     else hi = d;
     double step = newton;
-    /* the comparisons fail for a slope of 0 or NaN */
+    /* the comparisons are false for a slope of 0 or NaN */
     if (!(d - newton >= lo && d - newton <= hi && hyst_fabs(newton) <= 0.5 * before)) step = d - (lo + 0.5 * (hi - lo));
     before = hyst_fabs(step);
     d -= step;

@@ -21,7 +21,7 @@ static inline const double *hyst_piecewise_at(const hyst_piecewise *f, double q)
   const int n = f->n;
   const double *segment = f->row + n, *bucket = f->row + 3 * n + 2, *last = f->row + 4 * n + 2;
   const double place = q * last[0]; /* the scale: buckets per unit of q */
-  /* q < 0 only with an invalid saved memory */
+  /* q < 0 is possible only with an invalid saved memory */
   const double *knot = f->row + (int)bucket[place >= n ? n - 1 : place >= 0 ? (int)place : 0];
   int left = (int)last[1]; /* knots in the fullest bucket */
   while (left > 1) {
@@ -101,7 +101,7 @@ static inline const char *hyst_piecewise_build(double *row, int n, double w0, co
     segment[2 * i + 3] = offset.sum + offset.lost;
     /* a segment between equal thresholds is never used */
     if (invert && !(segment[2 * i + 2] > 0) && (i == n - 1 || r[i + 1] > r[i]))
-      return "w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase";
+      return "w0 + w_1 + ... + w_i must be greater than 0 for every i, so that the loading curve increases";
   }
   /* bucket[b]: the first knot in bucket b or later; the last ones are lowered so that searches stay in the table */
   const double top = knots[n - 1];

@@ -1,10 +1,10 @@
 within HystFMU.Control;
-block BumplessTransfer "Bumpless transfer: the output starts at another command and fades to its own"
+block BumplessTransfer "Bumpless transfer: the output changes from the present command to a new one without a jump"
   extends BaseClasses.BumplessTransfer(u(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  discrete Real share(start = 0, fixed = true) "Share of the difference that is left";
-  discrete Real difference(start = 0, fixed = true) "u_present - u_c at the begin of the hand-over";
+  discrete Real share(start = 0, fixed = true) "Remaining share of the difference";
+  discrete Real difference(start = 0, fixed = true) "u_present - u_c at the start of the transfer";
   discrete Real given(start = 0, fixed = true) "1 if u_present was given at the last step";
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation

@@ -3,7 +3,7 @@ block Scaling "Limit, gain and offset of each signal"
   extends BaseClasses.Scaling;
 equation
   for i in 1:n loop
-    assert(lo[i] <= hi[i], "the limits need lo <= hi");
+    assert(lo[i] <= hi[i], "lo must not be greater than hi");
     y[i] = min(hi[i], max(lo[i], u[i]))*gain[i] + offset[i];
   end for;
   annotation (Documentation(info = "<html>

@@ -1,10 +1,10 @@
 within HystFMU.Functions;
-function saturatedBranch "First branch of the Preisach operator from saturation, at half steps of its grid"
+function saturatedBranch "First branch of the Preisach operator from saturation, at half steps of the grid"
   extends Icons.Function;
-  input Integer n "Steps of the grid";
+  input Integer n "Number of grid steps";
   input Real E[:] "Everett function below the diagonal, row by row";
-  input Real offset "Middle of the saturated outputs";
-  input Types.Magnetisation start "low or high";
+  input Real offset "Mean of the saturated outputs";
+  input Types.Magnetisation start "Initial saturation: low or high";
   output Real virgin[2*n + 1] "Outputs";
 algorithm
   for k in 0:2*n loop
@@ -14,7 +14,7 @@ algorithm
 <p><b>Equation:</b> low: -E_n0 + 2 E(u, lo); high: E_n0 - 2 E(hi, u); both plus offset.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1.</p>
 <p><b>Limitations:</b> none.</p>
-<p><b>Example:</b> <code>saturatedBranch(n, E, offset, start)</code> in <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>.</p>
-<p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, which use it.</p>
+<p><b>Example:</b> <code>saturatedBranch(n, E, offset, start)</code> in <a href=\"modelica://HystFMU.Functions.virginBranch\">Functions.virginBranch</a>.</p>
+<p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.virginBranch\">Functions.virginBranch</a>, which uses it.</p>
 </html>"));
 end saturatedBranch;

@@ -11,7 +11,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = k1 u1 + k2 u2.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Limitations:</b> none. Behind sampled blocks it stands for Dynamics.Sum, whose vector rumoca 0.10.2 takes as a whole.</p>
+<p><b>Limitations:</b> none. After sampled blocks, this block replaces Dynamics.Sum, because rumoca 0.10.2 evaluates a vector input as a whole.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Loops.BoucWenPlant\">Loops.BoucWenPlant</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Sum\">Dynamics.Sum</a>.</p>
 </html>"));

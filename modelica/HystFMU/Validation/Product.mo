@@ -1,6 +1,6 @@
 // generated from tests/vectors/derived/product.toml by `make generate` - do not edit
 within HystFMU.Validation;
-model Product "Product of signals, over a product of others, values of its first vector"
+model Product "Product of signals, divided by a product of other signals, values of its first vector"
   extends Icons.Example;
   Dynamics.Product tested(n = 2, m = 1, least = 0.5) annotation (Placement(transformation(extent = {{-20, -20}, {20, 20}})));
 equation
@@ -9,7 +9,7 @@ equation
   tested.u[3] = 4*sin(11*time);
   annotation (experiment(StopTime = 1.1, Interval = 0.01, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Product of signals, over a product of others, values of its first vector. The test compares it with the unit at every sample.</p>
+<p>Product of signals, divided by a product of other signals, values of its first vector. The test compares it with the unit at every sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Product\">Dynamics.Product</a>.</p>
 </html>"));
 end Product;

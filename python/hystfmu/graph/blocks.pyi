@@ -21,7 +21,7 @@ class Block:
     def __call__(self, u: ArrayLike, h: float = 1.0) -> Array: ...
 
 class AdaptiveInverse(Block):
-    """Adaptive inverse of a Prandtl-Ishlinskii operator: learns its weights while it runs."""
+    """Adaptive inverse of a Prandtl-Ishlinskii operator: learns its weights during operation."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class AdaptiveInverse(Block):
     ) -> None: ...
 
 class Amplifier(Block):
-    """Piezo amplifier with limits of voltage and current and a bandwidth."""
+    """Piezo amplifier with limited voltage, current and bandwidth."""
 
     def __init__(
         self,
@@ -106,7 +106,7 @@ class BoucWenOscillator(Block):
     ) -> None: ...
 
 class BumplessTransfer(Block):
-    """Bumpless transfer: the output starts at another command and fades to its own."""
+    """Bumpless transfer: the output changes from the present command to a new one without a jump."""
 
     def __init__(self, *, T: float = 1.0) -> None: ...
 
@@ -229,7 +229,7 @@ class DisturbanceObserver(Block):
     ) -> None: ...
 
 class Duhem(Block):
-    """Duhem operator with polynomial slopes for rising and falling input."""
+    """Duhem operator with slopes for rising and falling input."""
 
     def __init__(
         self,
@@ -250,7 +250,7 @@ class Duhem(Block):
     ) -> None: ...
 
 class DuhemOscillator(Block):
-    """Oscillator with a Duhem force of free shape."""
+    """Oscillator with a Duhem force of any shape."""
 
     def __init__(
         self,
@@ -274,7 +274,7 @@ class ImplicitInverse(Block):
     def __init__(self, *, lo: float = -1.0, hi: float = 1.0) -> None: ...
 
 class InRange(Block):
-    """Whether signals lie within their limits."""
+    """Test whether all signals are within their limits."""
 
     def __init__(
         self,
@@ -343,6 +343,35 @@ class LeadLag(Block):
         u_max: float = 1e300,
     ) -> None: ...
 
+class Lugre(Block):
+    """LuGre friction: bristles with a Stribeck curve."""
+
+    def __init__(
+        self,
+        *,
+        sigma_0: float = 10.0,
+        sigma_1: float = 0.1,
+        sigma_2: float = 0.1,
+        d_c: float = 0.1,
+        d_s: float = 0.15,
+        v_s: float = 0.5,
+        z0: float = 0.0,
+    ) -> None: ...
+
+class MaxwellSlipOscillator(Block):
+    """Oscillator with Maxwell-slip friction."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        m_L: float = 2.0,
+        c_L: float = 10.0,
+        k_L: float = 50000.0,
+        k: float | Sequence[float] | Array = 10000.0,
+        r: float | Sequence[float] | Array = 1e-05,
+    ) -> None: ...
+
 class Mlp(Block):
     """Multilayer perceptron: one hidden layer, linear outputs."""
 
@@ -372,7 +401,7 @@ class Modes(Block):
     ) -> None: ...
 
 class NarxNetwork(Block):
-    """NARX network: one hidden layer on lags of input and output."""
+    """NARX network: one hidden layer with lags of input and output."""
 
     def __init__(
         self,
@@ -419,7 +448,7 @@ class PlayBank(Block):
     ) -> None: ...
 
 class PolynomialNarx(Block):
-    """Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX)."""
+    """Polynomial of lagged inputs, auxiliary function and outputs (NFIR, NARX)."""
 
     def __init__(
         self,
@@ -477,7 +506,7 @@ class Preisach(Block):
     ) -> None: ...
 
 class Product(Block):
-    """Product of signals, over a product of others."""
+    """Product of signals, divided by a product of other signals."""
 
     def __init__(self, *, n: int = ..., m: int = ..., least: float = 0.001) -> None: ...
 
@@ -487,7 +516,7 @@ class Quantiser(Block):
     def __init__(self, *, q: float = 0.01, offset: float = 0.0) -> None: ...
 
 class RecursiveLeastSquares(Block):
-    """Recursive least squares with a dead zone: learns the weights of regressors while it runs."""
+    """Recursive least squares with a dead zone: learns the weights of regressors during operation."""
 
     def __init__(
         self,
@@ -502,7 +531,7 @@ class RecursiveLeastSquares(Block):
     ) -> None: ...
 
 class Reference(Block):
-    """Reference signal, with derivatives and preview for a feed-forward."""
+    """Reference signal with derivatives and preview for a feed-forward."""
 
     def __init__(
         self,
@@ -525,7 +554,7 @@ class Reference(Block):
     ) -> None: ...
 
 class Repetitive(Block):
-    """Repetitive control: corrects the reference from the errors one period ago."""
+    """Repetitive control: corrects the reference by the errors of the last period."""
 
     def __init__(
         self,
@@ -551,7 +580,7 @@ class Scaling(Block):
     ) -> None: ...
 
 class SlidingMode(Block):
-    """Sliding mode controller around a feed-forward, with integral action and anti-windup."""
+    """Sliding mode controller with feed-forward, integral action and anti-windup."""
 
     def __init__(
         self,
@@ -573,7 +602,7 @@ class Sum(Block):
     def __init__(self, *, n: int = ..., k: float | Sequence[float] | Array = 1.0, offset: float = 0.0) -> None: ...
 
 class SuperTwisting(Block):
-    """Super-twisting sliding mode controller around a feed-forward, with anti-windup."""
+    """Super-twisting sliding mode controller with feed-forward and anti-windup."""
 
     def __init__(
         self,

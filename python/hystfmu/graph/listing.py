@@ -19,9 +19,9 @@ FAMILIES = {  # families of blocks, and the group of parameters that belong to n
     "sources": "Signal",
 }
 _WORDS = (  # group and pattern; the first pattern that matches the description of a parameter selects the group
-    ("Limits", r".*\b(limit|bound of|longest (step|branch)|(least|largest) (value|voltage|current|size))\b"),
-    ("Adaptation", r"(standard deviations?|error of prediction|time in which|least time|farthest)\b"),
-    ("Offset", r"(offset|constant term|middle of|output for)\b"),
+    ("Limits", r".*\b(limit|bound of|longest (step|branch)|(highest|lowest) voltage|largest current|smallest)\b"),
+    ("Adaptation", r"(standard deviations?|prediction error|time in which|shortest time|largest deviation)\b"),
+    ("Offset", r"(offset|constant term|mean of)\b"),
     ("Weights", r"(hidden|output|linear)? ?(weights?|bias(es)?|coefficients|(rising|falling) u: weights)\b"),
     ("Thresholds", r"(thresholds?|half-widths?|deflections|dead zone)\b"),
     ("Gains", r"(proportional |integral |derivative |static |switching |linear |learning |output )?gains?\b"),

@@ -106,9 +106,9 @@ def adaptive_inverse(model: M, **options: Any) -> M:
         ],
         [
             Output("u", "command.y", source.unit, "input that gives v"),
-            Output("theta", "adaptive.theta", text="present weights w0 and w"),
-            Output("gate", "adaptive.gate", text="1 if the sample was learned from"),
-            Output("changes", "adaptive.changes", text="sudden changes so far"),
+            Output("theta", "adaptive.theta", text="current weights w0 and w"),
+            Output("gate", "adaptive.gate", text="1 if the sample updated the weights"),
+            Output("changes", "adaptive.changes", text="number of sudden changes"),
         ],
     )
     graph.executor()  # raises an InputError if the values have no inverse

@@ -50,7 +50,7 @@ _PACKAGES = {
     "controllers": "Control",
     "sources": "Sources",
 }
-_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator"}
+_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator"}
 _LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has only the sampled realisation
 # each shape of the unit `reference` is a class of Sources: parameters that only this shape has
 SHAPES = {

@@ -5,247 +5,115 @@ The function computes one step of the blocks on the path from the output u of th
 
 from __future__ import annotations
 
+import operator
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes
-from hystfmu.modelica.classes import matrix_rows
+from hystfmu.modelica.classes import matrix_rows, shipped_library
 from hystfmu.modelica.literals import class_name, number, sentence, unique
 from hystfmu.modelica.record import field
 
-# parameters of a block that `step` of a package in HystFMU.Inverse.Models, or the text below, needs, in this order
-STATIC = {
-    "backlash_sum": "w0 r w",
-    "bouc_wen": "A beta gamma n alpha k",
-    "coleman_hodgdon": "alpha b k",
-    "constraint_factor": "a0 d_max memory x0 a",
-    "dead_zones": "w0 r w",
-    "duhem": "k w_max du_max a_rise b_rise c_rise a_fall b_fall c_fall",
-    "jiles_atherton": "Ms a k c alpha steps",
-    "krasnoselskii_pokrovskii": "a offset p1 p2 w",
-    "mlp": "W1 b1 W2 b2",
-    "play_bank": "r",
-    "prandtl_ishlinskii": "w0 u0 r w",
-    "preisach": "lo hi origin virgin E",
-    "scaling": "gain offset lo hi",
-    "sum": "offset k",
-    "zhao_tan": "x0 memory",
-}
-_REST = {"prandtl_ishlinskii": "u0", "zhao_tan": "x0", "constraint_factor": "x0"}  # input at which the memory starts
-_FIRST = {"bouc_wen": "z0", "duhem": "w0", "jiles_atherton": "m0"}  # parameter with the state at the input u0
-_INNER = {"mlp": "Hidden layer", "duhem": "State after the input"}  # intermediate vector that gives the output
+_STATED = re.compile(r"values = (?P<values>.+); state0 = (?P<state0>.+)\.</p>")
 
 
 @dataclass(frozen=True)
 class StaticForm:
-    """A block of the inverted model, as Modelica expressions of its parameters, its state and its inputs.
+    """A block of the inverted model, whose package in ``HystFMU.Inverse.Models`` has a function ``step``.
 
     Attributes
     ----------
     node : Node
-    values : dict of (str, int)
-        Modelica vector and its number of elements, by the name of the parameter.
-    state0 : tuple of str
-        Modelica vectors of the initial state. The state begins with the outputs. The tuple is empty for a block without
-        memory.
-    size : int
-        Number of elements of the state.
+    values, state0 : (str, int)
+        Modelica vector of the parameters or of the initial state, and its number of elements. The state begins with the
+        outputs.
     """
 
     node: Node
-    values: dict[str, tuple[str, int]]
-    state0: tuple[str, ...]
-    size: int
+    values: tuple[str, int]
+    state0: tuple[str, int]
 
-    @property
-    def inner(self) -> bool:
-        """True if the output of the block is computed from an intermediate vector, see `_inner`."""
-        return self.node.type in _INNER and not classes.is_large(self.node)
-
-    def lines(self, name: str, z: str, x: list[str], n_values: int, n_state: int) -> tuple[list[str], list[str]]:
-        """Return the declarations and the statements of the block in the function ``step``.
+    def call(self, x: list[str], n_values: int, n_state: int) -> str:
+        """Return the expression of the new state for the inputs `x`, one expression for each element.
 
         Parameters
         ----------
-        name, z : str
-            Name of the vector of outputs and state, and name of the intermediate vector.
         x : list of str
             Inputs of the block, one expression for each element.
         n_values, n_state : int
             Numbers of elements in the vectors ``values`` and ``state`` before the elements of this block.
         """
-        node, at = self.node, {}
-        for key, (_, n) in self.values.items():
-            at[key] = (n_values + 1, n_values + n)
-            n_values += n
-        n_out = sum(node.sizes[v.name] for v in node.block.of("output"))
-        declared = [f"Real {name}[{self.size or n_out}] {sentence(node.block.text)}"]
-        stated = [f"{name} := {_call(node, x, z, f'state[{n_state + 1}:{n_state + self.size}]', at)}"]
-        if self.inner:
-            declared.append(f'Real {z}[{node.dims.get("n_hidden", 1)}] "{_INNER[node.type]}"')
-            stated.insert(0, f"{z} := {_inner(node, x, n_state, at)}")
-        return declared, stated
+        if classes.is_large(self.node):
+            return f"{classes.network_names(self.node)[0]}({_vector(x)})"
+        u = x[0] if self.node.block.of("input")[0].size == "1" else _vector(x)
+        state = f"state[{n_state + 1}:{n_state + self.state0[1]}]"
+        values = f"values[{n_values + 1}:{n_values + self.values[1]}]"
+        return f"HystFMU.Inverse.Models.{self.node.block.class_name}.step({u}, {state}, {values})"
 
 
 def static_form(graph: Graph, node: Node) -> StaticForm:
     """Return the Modelica expressions of a block of the inverted model.
 
+    The documentation of the package of the block states ``values`` and ``state0`` by the names of the parameters.
+
     Raises
     ------
     InputError
-        The library has no function that computes one step of the block.
+        The library has no package for the block.
     """
-    if node.type not in STATIC:
+    file = shipped_library() / "HystFMU" / "Inverse" / "Models" / f"{node.block.class_name}.mo"
+    if not file.is_file():
         raise InputError(
             f"block {node.name!r}: the Modelica library HystFMU has no static form of {node.type!r} for an implicit "
             "inverse"
         )
-    state0, size = _start(graph, node)
-    return StaticForm(node, _values(graph, node), tuple(state0), size)
+    stated = _STATED.search(file.read_text("utf-8"))
+    assert stated is not None, file
+    values, state0 = (_expression(graph, node, stated[k]) for k in ("values", "state0"))
+    # the weights of a large network are constants of its function
+    return StaticForm(node, ("", 0) if classes.is_large(node) else values, state0)
 
 
-def _values(graph: Graph, node: Node) -> dict[str, tuple[str, int]]:
-    if classes.is_large(node):
-        return {}  # the weights of a large network are constants of its function
-    found = {}
-    rows = {v.name: v for v in node.block.parameters}
-    for key in STATIC[node.type].split():
-        ref = f"values.{field(graph, node, key)}"
-        if key in ("origin", "virgin"):
-            found[key] = _preisach(graph, node, key)
-        elif key in ("a", "p1", "p2") and node.type == "krasnoselskii_pokrovskii":
-            found[key] = _kernels(graph, node, key)
-        elif key in node.dims:
-            found[key] = f"{{{node.dims[key]}}}", 1
-        elif rows[key].choices:
-            found[key] = f"{{{int(node.value(key)[0])}}}", 1
-        elif count := matrix_rows(rows[key]):
-            found[key] = ", ".join(f"{ref}[{k + 1}, :]" for k in range(node.dims[count])), node.value(key).size
-        else:
-            found[key] = f"{{{ref}}}" if rows[key].size == "1" else ref, node.value(key).size
-    return found
+def _expression(graph: Graph, node: Node, stated: str) -> tuple[str, int]:
+    """Return an expression of parameters with the names of the record, and its number of elements."""
+    numbers = {v.name: node.value(v.name) for v in node.block.parameters}
+    rows = {v.name: matrix_rows(v) for v in node.block.parameters if not v.choices}
+    dims = classes.dims(node)
+    words = {k: str(n) for k, n in dims.items()} | classes.choices(node) | {"Functions": "HystFMU.Functions"}
+
+    def named(match: re.Match[str]) -> str:
+        if match[0] in words or match[0] not in rows:
+            return words.get(match[0], match[0])
+        ref, count = f"values.{field(graph, node, match[0])}", rows[match[0]]
+        return ", ".join(f"{ref}[{k + 1}, :]" for k in range(node.dims[count])) if count else ref
+
+    stated = re.sub(r"Integer\((\w+)\)", lambda m: str(int(numbers[m[1]][0]) + 1), stated)
+    text = re.sub(r"(?<![\w.])[A-Za-z_]\w*", named, stated)
+    sizes = {v.name: v.size for v in node.block.parameters}
+    known: dict[str, Any] = {k: v[0] if sizes[k] == "1" else v for k, v in numbers.items()} | dims
+    known |= {"true": True, "false": False, "zeros": np.zeros, "cat": lambda _, *parts: np.concatenate(parts)}
+    # safe: the text comes from the library of this package
+    return text, len(eval(stated.replace("{", "[").replace("}", "]"), known | {"Functions": _Lengths()}))
 
 
-def _preisach(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Return a Modelica vector of a Preisach operator, and its number of elements.
+class _Lengths:
+    """Functions of the library, which return zeros in the number that their files declare."""
 
-    The vector is the start input if `key` is "origin", otherwise the first branch. The expressions are those of
-    Operators.Sampled.Preisach.
-    """
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        text = (shipped_library() / "HystFMU" / "Functions" / f"{name}.mo").read_text("utf-8")
+        inputs, size = re.findall(r"(?m)^ *input [\w.]+ (\w+)", text), re.search(r"output Real \w+\[(.+)\] ", text)
 
-    def of(k: str) -> str:
-        return f"values.{field(graph, node, k)}"
+        def zeros(*values: Any) -> Any:
+            known = dict(zip(inputs, values, strict=True)) | {"div": operator.floordiv}
+            return np.zeros(eval(size[1], known)) if size else 0.0  # safe: see above
 
-    word, n = classes.word(node, "start"), node.dims["n"]
-    if key == "origin":
-        middle = f"0.5*{of('lo')} + 0.5*{of('hi')}"
-        return f"{{{of('lo') if word == 'low' else of('hi') if word == 'high' else middle}}}", 1
-    if word == "demagnetised":
-        return f"HystFMU.Functions.demagnetisedBranch({n}, {of('E')}, {of('offset')})", 2 * n + 1
-    kind = classes.choices(node)["start"]
-    return f"HystFMU.Functions.saturatedBranch({n}, {of('E')}, {of('offset')}, {kind})", 2 * n + 1
-
-
-def _kernels(graph: Graph, node: Node, key: str) -> tuple[str, int]:
-    """Return the vector `key` of the kernels of a Krasnosel'skii-Pokrovskii operator, and its number of elements.
-
-    The vector contains rise lengths, ramp positions or initial values, as in
-    Operators.Sampled.KrasnoselskiiPokrovskii.
-    """
-
-    def of(k: str) -> str:
-        return f"values.{field(graph, node, k)}"
-
-    n = node.dims["n"]
-    count, grid = n * (n + 1) // 2, f"{n}, {of('lo')}, {of('hi')}"
-    if key == "a":
-        return f"{{({of('hi')} - {of('lo')})/{n}}}", 1
-    if key == "k0":
-        return f"HystFMU.Functions.kernelStart({grid}, {of('u0')})", count
-    return f"HystFMU.Functions.kernelGrid({grid}, {'false' if key == 'p1' else 'true'})", count
-
-
-def _start(graph: Graph, node: Node) -> tuple[list[str], int]:
-    """Return the vectors of the initial state of a block, and their number of elements; 0 for a block without memory.
-
-    The initial state begins with the output of the block.
-    """
-
-    def of(k: str) -> str:
-        return f"values.{field(graph, node, k)}"
-
-    if node.type in (*_REST, "preisach"):
-        depth = classes.dims(node)["depth"]
-        rest = _preisach(graph, node, "origin")[0] if node.type == "preisach" else f"{{{of(_REST[node.type])}}}"
-        return ["{0, 0, 0}", rest, f"zeros({2 * depth})"], 4 + 2 * depth
-    match node.type:
-        case "backlash_sum":
-            return ["{0}", of("z0")], 1 + node.dims["n"]
-        case "play_bank":
-            return [of("z0")], node.dims["n"]
-        case "krasnoselskii_pokrovskii":
-            k0, n = _kernels(graph, node, "k0")
-            return ["{0}", k0], 1 + n
-        case "bouc_wen" | "duhem" | "jiles_atherton":
-            return [f"{{0, {of(_FIRST[node.type])}, {of('u0')}}}"], 3
-        case "coleman_hodgdon":
-            return [f"{{0, {of('y0')} - {of('b')}*{of('u0')}, {of('u0')}}}"], 3
-    return [], 0
-
-
-def _call(node: Node, x: list[str], z: str, state: str, at: dict[str, tuple[int, int]]) -> str:
-    """Return the expression of the new state of a block for its inputs `x`; without memory, of its outputs.
-
-    `z` is the name of the intermediate vector, see `_inner`. `state` is the expression of the old state. `at` contains
-    the first and the last index of each parameter in the vector ``values``.
-    """
-    v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
-    one = {k: f"values[{a}]" for k, (a, _) in at.items()}
-    inputs = _vector(x)
-    match node.type:
-        case "play_bank":
-            return f"HystFMU.Functions.play({x[0]}, {v['r']}, {state})"
-        case "dead_zones":
-            return f"{{{one['w0']}*{x[0]} + {v['w']}*HystFMU.Functions.deadZone({x[0]}, {v['r']})}}"
-        case "sum":
-            return f"{{{one['offset']} + {v['k']}*{inputs}}}"
-        case "scaling":
-            keys = ("hi", "lo", "gain", "offset")
-            rows = [[xi, *(f"values[{at[k][0] + i}]" for k in keys)] for i, xi in enumerate(x)]
-            return "{" + ", ".join(f"min({hi}, max({lo}, {xi}))*{k} + {c}" for xi, hi, lo, k, c in rows) + "}"
-        case "mlp" if classes.is_large(node):
-            return f"{classes.network_names(node)[0]}({inputs})"
-        case "mlp":
-            return f"{v['b2']} + {_products(at['W2'], z, node.dims['n_hidden'])}"
-        case "duhem":
-            return f"{{{one['k']}*{x[0]} + {z}[1], {z}[1], {x[0]}}}"
-    first, last = min(a for a, _ in at.values()), max(b for _, b in at.values())
-    return f"HystFMU.Inverse.Models.{node.block.class_name}.step({x[0]}, {state}, values[{first}:{last}])"
-
-
-def _inner(node: Node, x: list[str], before: int, at: dict[str, tuple[int, int]]) -> str:
-    """Return the expression of the intermediate vector from which the output of a block is computed.
-
-    In the vector ``state``, `before` elements precede the elements of this block.
-    """
-    v = {k: f"values[{a}:{b}]" for k, (a, b) in at.items()}
-    one = {k: f"values[{a}]" for k, (a, _) in at.items()}
-    if node.type == "mlp":
-        sums = f"{v['b1']} + {_products(at['W1'], _vector(x), len(x))}"
-        return f"HystFMU.Functions.activation({sums}, {classes.choices(node)['activation']})"
-    w, u = (f"state[{before + k}]" for k in (2, 3))
-    rise, fall = (
-        f"HystFMU.Functions.duhem({x[0]}, {u}, {w}, {v[f'a_{way}']}, {v[f'b_{way}']}, {v[f'c_{way}']}, "
-        f"{node.dims['q']}, {one['w_max']}, {one['du_max']})"
-        for way in ("rise", "fall")
-    )
-    return f"{{if {x[0]} >= {u} then {rise} else {fall}}}"
-
-
-def _products(rows: tuple[int, int], x: str, n: int) -> str:
-    """Return the product of the vector `x` (n,) and the matrix that ``values`` stores row by row at `rows`."""
-    return "{" + ", ".join(f"values[{a}:{a + n - 1}]*{x}" for a in range(rows[0], rows[1] + 1, n)) + "}"
+        return zeros
 
 
 def _vector(x: list[str]) -> str:
@@ -349,27 +217,23 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     """
     nodes = between(graph, inverse)
     forms = [static_form(graph, n) for n in nodes]
-    names = unique(
-        dict.fromkeys([*(n.name for n in nodes), *(f"{f.node.name}_inner" for f in forms if f.inner)]), _WORDS
-    )
+    names = unique(dict.fromkeys(n.name for n in nodes), _WORDS)
     declared: list[str] = []
     stated: list[str] = []
     n_values, n_state = 0, 1  # the output is the first element of the state
     for f in forms:
-        name, z = names[f.node.name], names.get(f"{f.node.name}_inner", "")
+        name = names[f.node.name]
         n_in = sum(f.node.sizes[v.name] for v in f.node.block.of("input"))
         x = [_source(graph, f.node, k, inverse, names) for k in range(n_in)]
-        more = f.lines(name, z, x, n_values, n_state)
-        declared += more[0]
-        stated += more[1]
-        n_values += sum(n for _, n in f.values.values())
-        n_state += f.size
+        declared.append(f"Real {name}[{f.state0[1]}] {sentence(f.node.block.text)}")
+        stated.append(f"{name} := {f.call(x, n_values, n_state)}")
+        n_values += f.values[1]
+        n_state += f.state0[1]
     output = _source(graph, inverse, inverse.block.trial - 1, inverse, names)
-    kept = [names[f.node.name] for f in forms if f.size]
-    stated.append(f"state_new := {_joined([f'{{{output}}}', *kept])}")
+    stated.append(f"state_new := {_joined([f'{{{output}}}', *names.values()])}")
     package = package_of(inverse)
-    values = _joined([text for f in forms for text, _ in f.values.values()] or ["{0}"])
-    state0 = _joined(["{0}", *(v for f in forms for v in f.state0)])  # the output before the first input is never used
+    values = _joined([f.values[0] for f in forms if f.values[1]] or ["{0}"])
+    state0 = _joined(["{0}", *(f.state0[0] for f in forms)])  # the output before the first input is never used
     text = f"""within {within};
 package {package} "Blocks between output and trial input of {inverse.name}, as a static model"
   extends HystFMU.Inverse.BaseClasses.StaticModel;
@@ -403,8 +267,8 @@ def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str
         if d == at and first <= place < first + n:
             if s < 0:
                 raise InputError(
-                    f"The model of {inverse.name!r} must read its input alone in Modelica. Got {node.name!r}, which "
-                    "reads another input: export an FMU, or take the exact inverse."
+                    f"The model of {inverse.name!r} must depend only on its own input in Modelica. Got {node.name!r}, "
+                    "which has another input: export an FMU, or use the exact inverse."
                 )
             source = graph.nodes[s]
             return "u" if source is inverse else f"{names[source.name]}[{from_place + place - first + 1}]"

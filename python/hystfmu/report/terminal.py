@@ -1,8 +1,8 @@
 """Terminal output of commands: texts, tables, hysteresis loops drawn as text, and progress bars.
 
 The output level belongs to the running command. With the option -q, a command prints only problems; with -v, it also
-prints details and actions. Outside of a command, the level is `NORMAL`. A progress bar shows the completed fraction,
-the rate and the remaining time. There is no bar with -q or if the output goes to a pipe.
+prints details and actions. Outside of a command, the level is `NORMAL`. A progress bar shows the completed fraction and
+the remaining time. There is no bar with -q or if the output goes to a pipe.
 """
 
 from __future__ import annotations
@@ -216,68 +216,19 @@ def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> s
     return str(plt.uncolorize(plt.build()))
 
 
-PAUSE = 0.1  # s: minimum time between two updates of a progress bar
-BAR = 20  # length of a progress bar in characters
-
-
-class Bar:
-    """A progress bar in one line on stderr. The function `clock` returns the time in s."""
-
-    def __init__(self, label: str, clock: Callable[[], float] = time.monotonic) -> None:
-        self._label, self._clock = label, clock
-        self._begin, self._drawn = clock(), float("-inf")
-
-    def line(self, fraction: float, rate: str = "") -> str:
-        """Return the text of the bar for a completed fraction. By default, the rate is in percent per second."""
-        seconds = self._clock() - self._begin
-        done = min(max(fraction, 0.0), 1.0)
-        parts = [f"{seconds:.0f} s"]
-        if done > 0 and seconds > 0:
-            parts += [rate or f"{100 * done / seconds:.2g} %/s", f"{span(seconds * (1 - done) / done)} left"]
-        full = int(BAR * done)
-        return f"{self._label}  [{'#' * full}{'-' * (BAR - full)}] {100 * done:3.0f} %  {', '.join(parts)}"
-
-    def draw(self, fraction: float, rate: str = "") -> None:
-        """Update the progress bar, unless the last update was less than `PAUSE` (s) ago."""
-        if self._clock() - self._drawn < PAUSE:
-            return
-        self._drawn = self._clock()
-        self._write(self.line(fraction, rate))
-
-    def clear(self) -> None:
-        """Remove the progress bar from the terminal."""
-        self._write("")
-        sys.stderr.write("\r")
-        sys.stderr.flush()
-
-    def _write(self, text: str) -> None:
-        width = shutil.get_terminal_size().columns - 1
-        sys.stderr.write("\r" + printable(text)[:width].ljust(width))
-        sys.stderr.flush()
-
-
-def span(seconds: float) -> str:
-    """Return a duration as text, in seconds, in minutes and seconds, or in hours and minutes."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60:02d} s"
-    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+_STEPS = 1000  # number of steps of a progress bar
 
 
 @contextmanager
 def _shown(label: str) -> Iterator[Callable[[float, str], None]]:
-    with timed(label):
-        if level() <= QUIET or not sys.stderr.isatty():
-            yield lambda fraction, rate: None
-            return
-        bar = Bar(label)
-        bar.draw(0.0)
-        try:
-            yield bar.draw
-        finally:
-            bar.clear()
+    hidden = level() <= QUIET or not sys.stderr.isatty()
+    with (
+        timed(label),
+        click.progressbar(
+            length=_STEPS, label=label, file=sys.stderr, width=20, hidden=hidden, item_show_func=lambda said: said
+        ) as bar,
+    ):
+        yield lambda fraction, said: bar.update(round(_STEPS * min(max(fraction, 0.0), 1.0)) - bar.pos, said)
 
 
 @contextmanager

@@ -104,7 +104,7 @@ def device(
     low, high, falling = reach(static, math.ceil(PERIODS / (frequency * data.h)))
     if not high > low:
         raise InputError(
-            f"{data.path or data.name}: A loop needs an output that lasts. The output of {model.key} does not."
+            f"{data.path or data.name}: The output of {model.key} must not decay while the input is constant."
         )
     return Device(
         static,

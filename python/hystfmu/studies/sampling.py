@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError, extras
-from hystfmu.studies.spec import MOST_ROWS, Study
+from hystfmu.base.errors import extras
+from hystfmu.studies.spec import Study
 from hystfmu.studies.task import LoopLimits
 
 
@@ -107,8 +107,7 @@ class Asked(Fixed):
 def sampler(study: Study) -> Fixed:
     """Create the sampler of a study.
 
-    An InputError is raised if the table has too many rows, or if the method needs Optuna and Optuna is not
-    installed.
+    A MissingExtra is raised if the method needs Optuna and Optuna is not installed.
     """
     spec = study.spec
     if spec.method == "optuna":
@@ -119,8 +118,6 @@ def sampler(study: Study) -> Fixed:
             p.values if p.values is not None else [p.at(k / max(p.steps - 1, 1)) for k in range(p.steps)]
             for p in parameters
         ]
-        if math.prod(len(a) for a in axes) > MOST_ROWS:
-            raise InputError(f"{study.file}: the grid must have at most {MOST_ROWS} points")
         return Fixed([dict(zip(names, point, strict=True)) for point in itertools.product(*axes)])
     if spec.method == "random":
         return _at(study, np.random.default_rng(study.seed).random((spec.n, len(names))))

@@ -151,9 +151,9 @@ class Store:
             try:
                 mine = {"parameters": self._parameters, "metrics": self._metrics}
                 if self._kept("columns", lambda: mine) != mine:
-                    raise InputError(f"{folder}: holds the table of a study with other parameters or metrics")
+                    raise InputError(f"{folder}: contains the table of a study with other parameters or metrics")
                 if (known := self._kept("study", lambda: study)) != study:
-                    raise InputError(f"{folder}: holds the table of the study {known}")
+                    raise InputError(f"{folder}: contains the table of the study {known}")
                 self._mend()
             except BaseException:
                 self.close()

@@ -132,6 +132,7 @@ def test_arrays_are_native_in_fmi3(tmp_path: Path) -> None:
 
 
 # ---- check ----------------------------------------------------------------------------------------------------------
+@pytest.mark.some(1)
 def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     path = tmp_path / "Größe 1.fmu"
     path.write_bytes(good[fmi])
@@ -216,6 +217,7 @@ def _xml(old: bytes, new: bytes) -> Callable[[str, bytes], bytes]:
     return change
 
 
+@pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     token = single("prandtl_ishlinskii").token.encode()

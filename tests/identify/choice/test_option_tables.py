@@ -37,13 +37,15 @@ NUMBERS = {  # default, least and largest value
         "m": (9, 1, 20), "roughness": (1e-4, 0.0, 1e3), "bend": (5, 1, 20), "range": (1.0, 1e-6, 10.0),
         "sweep": (0, 0, 1000), **U0, **network(5, 3, 230),
     },
-    "duhem": {"m": (0, 0, 6), "q": (5, 1, 10), **BAND},
+    "duhem": {"m": (None, 0, 100), "q": (5, 1, 10), **BAND},
     "duhem_oscillator": STRIDE,
     "fitted_operator_mlp": {"N": (40, 1, 100_000), "bend": (5, 1, 20), **U0, **network(12, 3, 150)},
     "g0_bouc_wen": {"n_max": (6.0, 1.0, 20.0), **DYNAMICS},
     "g0_jiles_atherton": DYNAMICS,
     "g0_prandtl_ishlinskii": {"N": (40, 1, 10_000), "w0_min": (0.0, 0.0, 1e300), **U0, **DYNAMICS},
     "krasnoselskii_pokrovskii": {"levels": (20, 1, 200), **U0},
+    "lugre": {"starts": (6, 1, 6)},
+    "maxwell_slip_oscillator": {},
     "narx_network": {
         "lags": (10, 1, 1000), "hidden": (15, 1, 10_000), "one_step": (40, 1, 100_000), "iterations": (40, 1, 100_000),
         "y0": (None, -1e300, 1e300),
@@ -66,6 +68,7 @@ WORDS = {  # the default comes first; None: chosen from the data
         "creep": (None, "yes", "no"), "dynamics": (None, "yes", "no"), "covariates": (None, "offset", "gain", "bend"),
         "hold": ("foh", "foh", "zoh"),
     },
+    "duhem": {"slopes": ("polynomial", "polynomial", "saturating")},
     "bouc_wen_parallel": {"rate": (None, "yes", "no"), "series": (None, "yes", "no")},
     "g0_bouc_wen": {"hold": ("foh", "foh", "zoh")},
     "g0_jiles_atherton": {"strain": (None, "no", "yes"), "hold": ("foh", "foh", "zoh")},
@@ -114,6 +117,7 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "bouc_wen_oscillator": (LAGS, 0.3, 0.3, {}, {}, False),
     "constraint_factor_mlp": (CLOSES, 0.3, 0.1, {}, QUICK_NETWORK, False),
     "duhem": (OPENS, 0.2, 0.5, {}, {}, False),
+    "duhem slopes=saturating": (OPENS, 0.5, 0.4, {"slopes": "saturating"}, {}, False),
     "duhem_oscillator": (LAGS, 0.5, 3.0, {}, {}, False),
     "fitted_operator_mlp": (CLOSES, 1.0, 0.05, {}, QUICK_NETWORK, False),
     "g0_bouc_wen": (LATE, 0.5, 0.4, {}, {}, False),
@@ -121,6 +125,8 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "g0_jiles_atherton strain=yes": (LATE, 0.5, 1.2, {"strain": "yes"}, {}, False),
     "g0_prandtl_ishlinskii": (LAGS, 1.0, 1.0, {}, {}, False),
     "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
+    "lugre": (LATE, 0.3, 0.4, {}, {"starts": 1}, False),
+    "maxwell_slip_oscillator": (ANY, 0.3, 0.4, {}, {}, False),
     "narx_network " + " ".join(f"{k}={v}" for k, v in SMALL_NARX.items()): (
         LAGS,
         1.0,
@@ -173,7 +179,9 @@ def test_who_competes_and_at_what_cost():
     assert all(name.split()[0] == key for name, (key, _) in found.items())
 
 
-RECORDS = {"prandtl_ishlinskii", "krasnoselskii_pokrovskii", "play_bank_mlp", "preisach"}
+RECORDS = {
+    "krasnoselskii_pokrovskii", "lugre", "maxwell_slip_oscillator", "play_bank_mlp", "prandtl_ishlinskii", "preisach",
+}  # fmt: skip
 COVARIATES = {
     "actuator", "constraint_factor_mlp", "fitted_operator_mlp", "play_bank_mlp", "polynomial_narx", "rate_mlp",
     "zhao_tan_mlp",

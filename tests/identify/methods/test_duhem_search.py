@@ -8,7 +8,7 @@ import pytest
 from hystfmu import Dataset, InputError
 from hystfmu.identify.methods import duhem
 
-OPTIONS = {"m": 0, "q": 2, "dead_band": 0.0}
+OPTIONS = {"slopes": "polynomial", "m": 0, "q": 2, "dead_band": 0.0}
 TRAIN = slice(20, 600)
 
 
@@ -41,7 +41,7 @@ def test_rows_of_both_directions_are_needed(data):
 
 
 def test_the_node_has_its_coefficients_by_powers():
-    theta = [np.arange(10.0), np.arange(10.0) + 100]  # m = 1, q = 2: (1, w, w^2, |w|, |w| w) for u^0, then for u^1
+    theta = [np.arange(10.0), np.arange(10.0) + 100]  # m = 1, q = 2: (1, w, w^2, |w|, |w| w) for B_0, then for B_1
     node = duhem._node(theta, 0.5, 7.0, -1.0, 2.0, 1, 2)
     assert node.value("a_rise").tolist() == [0, 5]
     assert node.value("b_rise").ravel().tolist() == [1, 2, 6, 7]
@@ -99,9 +99,10 @@ def test_the_first_row_counts_only_if_it_is_measured(data):
 
 # ---- duhem ----------------------------------------------------------------------------------------------------------
 def test_the_terms_of_the_slope():
-    u, w = np.array([0.5, -2.0]), np.array([3.0, -0.5])
+    u, w = np.array([0.5, -2.0]), np.array([3.0, -0.5])  # one cell of quadratic B-splines; -2 counts as -1
+    splines = [[0.03125, 0.6875, 0.28125], [0.5, 0.5, 0.0]]
     want = [
-        [v**i * term for i in range(3) for term in (1, x, x * x, abs(x), abs(x) * x)] for v, x in zip(u, w, strict=True)
+        [b * term for b in row for term in (1, x, x * x, abs(x), abs(x) * x)] for row, x in zip(splines, w, strict=True)
     ]
     assert duhem.basis(u, w, 2, 2) == pytest.approx(np.array(want))
 

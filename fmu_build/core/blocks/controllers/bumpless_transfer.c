@@ -8,14 +8,14 @@
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                                   \
-  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time of the hand-over")                              \
-  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command that takes over")                              \
-  V(u_present, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command so far (1e300: none)")                   \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command")                                               \
-  V(share, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "share of the difference that is left")                          \
-  V(difference, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_present - u_c at the begin of the hand-over") \
-  V(given, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "whether u_present was given at the last step")
+#define VARS(V)                                                                                                  \
+  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "duration of the transfer")                          \
+  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "new command")                                         \
+  V(u_present, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "present command (1e300: none)")                 \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command")                                              \
+  V(share, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "remaining share of the difference")                            \
+  V(difference, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_present - u_c at the start of the transfer") \
+  V(given, STATE, 1, "real", "1", 0.0, 0.0, 1.0, "1 if u_present was given at the last step")
 
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
@@ -37,7 +37,7 @@ HYST_TANGENT_FN(tangent) {
   *t_u = *s_u_c;
 }
 HYST_BLOCK(bumpless_transfer,
-           (.text = "Bumpless transfer: the output starts at another command and fades to its own",
+           (.text = "Bumpless transfer: the output changes from the present command to a new one without a jump",
             .equation = "u = u_c + (1 - t / T) (u_present - u_c)(0), 0 <= t <= T",
             .source = "Astrom & Hagglund, PID Controllers, 2nd ed. 1995, chapter 3", .family = "controllers",
             .tolerance = "rounding"),

@@ -9,28 +9,28 @@
 #include "core/elementary/second_order.h"
 #include "core/hyst.h"
 
-#define DIMS(D) D(n, 1, 1, 100000, "steps from a command to its response in y: 1 without delay")
-#define VARS(V)                                                                                                 \
-  V(f_n, PARAM, 1, "real", "Hz", 1.0, HYST_POSITIVE, HYST_INF, "natural frequency of the plant")                \
-  V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of the plant")                              \
-  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain of the plant, not 0")                   \
-  V(f_o, PARAM, 1, "real", "Hz", 0.5, HYST_POSITIVE, HYST_INF, "bandwidth of the observer")                     \
-  HYST_LIMIT_ROWS(V)                                                                                            \
-  V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d over a step")   \
-  V(M, DERIVED, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "gains of the measurement")                           \
-  V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential") \
-  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command for the undisturbed plant")                  \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                         \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command minus the estimated disturbance")             \
-  V(d_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated disturbance at the input of the plant") \
-  V(estimate, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "position, velocity / omega_n, gain d")          \
+#define DIMS(D) D(n, 1, 1, 100000, "steps from a command to its response in y; 1: no delay")
+#define VARS(V)                                                                                                  \
+  V(f_n, PARAM, 1, "real", "Hz", 1.0, HYST_POSITIVE, HYST_INF, "natural frequency of the plant")                 \
+  V(zeta, PARAM, 1, "real", "1", 0.7, 0.0, HYST_INF, "damping ratio of the plant")                               \
+  V(gain, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gain of the plant, not 0")                    \
+  V(f_o, PARAM, 1, "real", "Hz", 0.5, HYST_POSITIVE, HYST_INF, "bandwidth of the observer")                      \
+  HYST_LIMIT_ROWS(V)                                                                                             \
+  V(F, DERIVED, 9, "real", "1", 0.0, -HYST_INF, HYST_INF, "transition matrix of the states over a step")         \
+  V(M, DERIVED, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "observer gains")                                      \
+  V(work, DERIVED, HYST_SECOND_ORDER_WORK, "real", "1", 0.0, -HYST_INF, HYST_INF, "workspace for matrices")      \
+  V(u_c, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command for the undisturbed plant")                   \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                          \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "command minus the estimated disturbance")              \
+  V(d_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated disturbance at the input of the plant")  \
+  V(estimate, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated position, velocity / omega_n, gain d") \
   V(past, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "commands of the last n steps, newest first")
 
-/* out = F in */
+/* computes out = F in */
 static void times(const double *F, const double *in, double *out) {
   for (int i = 0; i < 3; i++) out[i] = F[3 * i] * in[0] + F[3 * i + 1] * in[1] + F[3 * i + 2] * in[2];
 }
-/* out = row F */
+/* computes out = row F */
 static void row_times(const double *row, const double *F, double *out) {
   for (int j = 0; j < 3; j++) out[j] = row[0] * F[j] + row[1] * F[3 + j] + row[2] * F[6 + j];
 }
@@ -57,7 +57,7 @@ HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   if (*gain == 0) return "gain must not be 0";
   const char *const wrong = hyst_wrong_limits(*u_min, *u_max);
-  if (wrong || dt == 0) return wrong; /* initialisation uses no matrices */
+  if (wrong || dt == 0) return wrong; /* the initialisation uses no matrices */
   return hyst_second_order(HYST_2PI * *f_n * dt, *zeta, work, F) && place(F, hyst_exp(-HYST_2PI * *f_o * dt), M)
              ? NULL
              : "the step is too long for f_n and zeta";

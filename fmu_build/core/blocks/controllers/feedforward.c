@@ -11,7 +11,7 @@
   V(r, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                 \
   V(dr, INPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "first derivative of r")                  \
   V(ddr, INPUT, 1, "real", "1/s2", 0.0, -HYST_INF, HYST_INF, "second derivative of r")               \
-  V(v, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the plant that gives r")
+  V(v, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "plant input for the output r")
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE

@@ -6,15 +6,15 @@
 #include "core/elementary/limit.h"
 #include "core/memory/stored.h"
 
-#define DIMS(D) D(n, 20, 1, 1000000, "steps in a period of the reference")
-#define VARS(V)                                                                                       \
-  V(gain, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "learning gain of an error; 0: none")      \
-  V(lead, PARAM, 1, "int", "1", 1.0, 0.0, 1000000.0, "steps from a command to its effect")            \
-  V(smooth, PARAM, 1, "real", "1", 0.0, 0.0, 0.25, "weight of each neighbour in the filter; 0: none") \
-  HYST_LIMIT_ROWS(V)                                                                                  \
-  HYST_LOOP_ROWS(V, "feed-forward, or command of another controller")                                 \
-  V(w, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "corrections over the period")                \
-  V(e, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "errors of this period")                      \
+#define DIMS(D) D(n, 20, 1, 1000000, "steps per period of the reference")
+#define VARS(V)                                                                                            \
+  V(gain, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "learning gain; 0: no learning")                \
+  V(lead, PARAM, 1, "int", "1", 1.0, 0.0, 1000000.0, "steps from a command to its effect")                 \
+  V(smooth, PARAM, 1, "real", "1", 0.0, 0.0, 0.25, "weight of each neighbour in the filter; 0: no filter") \
+  HYST_LIMIT_ROWS(V)                                                                                       \
+  HYST_LOOP_ROWS(V, "feed-forward, or command of another controller")                                      \
+  V(w, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "corrections of one period")                       \
+  V(e, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "errors of the current period")                    \
   V(at, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "current step of the period")
 
 static void learn(int n, double *w, const double *e, double gain, int lead, double smooth) {

@@ -6,13 +6,13 @@
 #include "core/elementary/limit.h"
 
 #define DIMS(D) D(n, 1, 1, 1000, "number of sections")
-#define VARS(V)                                                                                    \
-  V(K, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "static gain")                             \
-  V(T_z, PARAM, n, "real", "s", 1.0, 0.0, HYST_INF, "time constants of the zeros: lead above T_p") \
-  V(T_p, PARAM, n, "real", "s", 0.1, HYST_POSITIVE, HYST_INF, "time constants of the poles")       \
-  HYST_LIMIT_ROWS(V)                                                                               \
-  HYST_LOOP_ROWS(V, "feed-forward")                                                                \
-  V(lag, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged parts of the sections")          \
+#define VARS(V)                                                                                                 \
+  V(K, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "static gain")                                          \
+  V(T_z, PARAM, n, "real", "s", 1.0, 0.0, HYST_INF, "time constants of the zeros; greater than T_p for a lead") \
+  V(T_p, PARAM, n, "real", "s", 0.1, HYST_POSITIVE, HYST_INF, "time constants of the poles")                    \
+  HYST_LIMIT_ROWS(V)                                                                                            \
+  HYST_LOOP_ROWS(V, "feed-forward")                                                                             \
+  V(lag, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "outputs of the lags in the sections")                \
   V(in_last, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "inputs of the sections at the last step")
 
 HYST_PREPARE_FN(prepare) {

@@ -9,21 +9,21 @@
 #define RING (n + n_q + n_l + 1) /* from n + max(n_q, n_l) steps ago to the current one */
 
 #define DIMS(D)                                          \
-  D(n, 20, 2, 1000000, "steps in a period")              \
+  D(n, 20, 2, 1000000, "steps per period")               \
   D(n_q, 1, 0, 10000, "taps of Q on each side, below n") \
   D(n_l, 1, 0, 10000, "taps of L on each side, below n")
-#define VARS(V)                                                                                              \
-  V(q, PARAM, n_q + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "taps of Q: its middle, then one side")        \
-  V(l, PARAM, 2 * n_l + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "taps of L, from n_l steps back to ahead") \
-  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                       \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                      \
-  V(active, INPUT, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "at most 0: the error is not learnt")           \
-  V(r, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference with corrections, for the controller")   \
-  V(w, STATE, RING, "real", "1", 0.0, -HYST_INF, HYST_INF, "past corrections")                               \
-  V(e, STATE, RING, "real", "1", 0.0, -HYST_INF, HYST_INF, "past errors")                                    \
-  V(at, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "index of the current step in both")
+#define VARS(V)                                                                                                        \
+  V(q, PARAM, n_q + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "taps of Q: the middle tap, then one side")              \
+  V(l, PARAM, 2 * n_l + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "taps of L, from n_l steps back to n_l steps ahead") \
+  V(y_d, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "reference")                                                 \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output of the plant")                                \
+  V(active, INPUT, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "learning is off if active <= 0")                         \
+  V(r, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "corrected reference for the controller")                     \
+  V(w, STATE, RING, "real", "1", 0.0, -HYST_INF, HYST_INF, "past corrections")                                         \
+  V(e, STATE, RING, "real", "1", 0.0, -HYST_INF, HYST_INF, "past errors")                                              \
+  V(at, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "index of the current step in w and e")
 
-/* the element of a ring that is n steps older than `at` */
+/* returns the element of a ring that is n steps older than `at` */
 static inline int past(int at, int n, int ring) { return at < n ? at - n + ring : at - n; }
 
 HYST_PREPARE_FN(prepare) {
@@ -51,7 +51,7 @@ HYST_TANGENT_FN(tangent) {
   *t_r = *s_y_d;
 }
 HYST_BLOCK(repetitive,
-           (.text = "Repetitive control: corrects the reference from the errors one period ago",
+           (.text = "Repetitive control: corrects the reference by the errors of the last period",
             .equation = "r_k = y_d + w_k, w_k = sum_j q_|j| w_(k-n+j) + sum_j l_j e_(k-n+j), e = y_d - y",
             .source = "Hara, Yamamoto, Omata & Nakano, IEEE Trans. Automat. Control 33 (1988) 659-668; zero phase: "
                       "Tomizuka, Tsao & Chew, ASME J. Dyn. Syst. Meas. Control 111 (1989) 353-358",

@@ -1,26 +1,26 @@
 /* Generalised super-twisting controller around a feed-forward: second-order sliding mode, whose switching term is
  * integrated, so that the command is continuous.  mu = 0 is the super-twisting law of Levant; the linear terms of mu
- * reduce the error while s is large.  The boundary layer epsilon replaces sgn(s) as in the law of Yu & Alici: with
- * a finite step sgn chatters.  Without a width of its own the layer follows the gains, so that a loop does not depend
- * on the unit of measure of y: the corner of the integrator within it, k_2 / (2 k_1 epsilon^(1/2)), is then lam / 20.
- * The integrator uses the backward rule. */
+ * reduce the error while s is large. The boundary layer epsilon replaces sgn(s) as in the law of Yu & Alici: with a
+ * finite step, sgn(s) chatters. If epsilon is 0, the width of the layer is computed from the gains, so that a loop does
+ * not depend on the unit of measure of y: the corner frequency of the integrator within the layer, k_2 / (2 k_1
+ * epsilon^(1/2)), is then lam / 20. The integrator uses the backward rule. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                        \
-  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                   \
-  V(k_1, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "gain of the square root of s, in s^(1/2)")        \
-  V(k_2, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "gain of the integrated switching")              \
-  V(mu, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "weight of the linear terms, in s^(1/2); 0: none")  \
-  V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "boundary layer; 0: (10 k_2 / (lam k_1))^2") \
-  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")   \
-  HYST_LIMIT_ROWS(V)                                                                                   \
-  HYST_LOOP_ROWS(V, "feed-forward: the inverse model")                                                 \
-  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")           \
-  V(layer, DERIVED, 1, "real", "1/s", 1.0, 0.0, HYST_INF, "width of the boundary layer")               \
-  V(v, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of phi_2")                           \
+#define VARS(V)                                                                                                     \
+  V(lam, PARAM, 1, "real", "1/s", 100.0, 0.0, HYST_INF, "slope of the sliding line")                                \
+  V(k_1, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "gain of |s|^(1/2), in seconds^(1/2)")                          \
+  V(k_2, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "gain of the integrated switching term")                      \
+  V(mu, PARAM, 1, "real", "1", 0.0, 0.0, HYST_INF, "weight of the linear terms, in seconds^(1/2); 0: none")         \
+  V(epsilon, PARAM, 1, "real", "1/s", 0.0, 0.0, HYST_INF, "width of the boundary layer; 0: (10 k_2 / (lam k_1))^2") \
+  V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter of de/dt; 0: none")                \
+  HYST_LIMIT_ROWS(V)                                                                                                \
+  HYST_LOOP_ROWS(V, "feed-forward, such as the output of an inverse model")                                         \
+  V(s, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "distance from the sliding line")                        \
+  V(layer, DERIVED, 1, "real", "1/s", 1.0, 0.0, HYST_INF, "width of the boundary layer")                            \
+  V(v, STATE, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "integral of the switching term")                           \
   HYST_DIFFERENCE_ROWS(V)
 
 static double phi_1(double s, double mu, double epsilon) { return s / hyst_sqrt(hyst_fabs(s) + epsilon) + mu * s; }
@@ -34,7 +34,7 @@ static double phi_2(double s, double mu, double epsilon) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const double root = 10 * *k_2 / (*lam * *k_1);
-  *layer = *epsilon > 0 ? *epsilon : *k_1 == 0 && *k_2 == 0 ? 1 : root * root; /* without gains no switching */
+  *layer = *epsilon > 0 ? *epsilon : *k_1 == 0 && *k_2 == 0 ? 1 : root * root; /* no gains: no switching */
   if (!(*layer > 0 && hyst_isfinite(*layer))) return "epsilon must be greater than 0 if lam, k_1 or k_2 is 0";
   return hyst_wrong_limits(*u_min, *u_max);
 }
@@ -61,7 +61,7 @@ HYST_TANGENT_FN(tangent) {
   *t_u = hyst_clamp_tangent(free, *u_min, *u_max, *s_u_ff - *k_1 * d_phi_1);
 }
 HYST_BLOCK(super_twisting,
-           (.text = "Super-twisting sliding mode controller around a feed-forward, with anti-windup",
+           (.text = "Super-twisting sliding mode controller with feed-forward and anti-windup",
             .equation = "s = de/dt + lam e, e = y - y_d; u = u_ff - k_1 (|s|^(1/2) sgn s + mu s) - k_2 v, "
                         "v' = sgn(s)/2 + 3/2 mu |s|^(1/2) sgn s + mu^2 s; sgn s = s / (|s| + epsilon)",
             .source = "Levant, Int. J. Control 58 (1993) 1247; Moreno 2009, generalised super-twisting (linear terms)",

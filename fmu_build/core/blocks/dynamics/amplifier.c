@@ -7,22 +7,22 @@
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                                    \
-  V(u_min, PARAM, 1, "real", "V", -20.0, -1e300, 1e300, "least voltage")                                           \
-  V(u_max, PARAM, 1, "real", "V", 130.0, -1e300, 1e300, "largest voltage")                                         \
-  V(i_max, PARAM, 1, "real", "A", 0.25, HYST_POSITIVE, 1e300, "largest current")                                   \
-  V(C, PARAM, 1, "real", "F", 1.8e-6, HYST_POSITIVE, 1e300, "capacitance of the actuator")                         \
-  V(f_b, PARAM, 1, "real", "Hz", 1e4, HYST_POSITIVE, 1e12, "bandwidth of small signals (-3 dB)")                   \
-  V(omega, DERIVED, 1, "real", "rad/s", 1.0, -HYST_INF, HYST_INF, "bandwidth")                                     \
-  V(most, DERIVED, 1, "real", "V", 1.0, -HYST_INF, HYST_INF, "largest error without current limit")                \
-  V(u, INPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "commanded voltage")                                       \
-  V(y, OUTPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "voltage at the actuator")                                \
-  V(excess, OUTPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "part of the command that the limits do not follow") \
+#define VARS(V)                                                                                        \
+  V(u_min, PARAM, 1, "real", "V", -20.0, -1e300, 1e300, "lowest voltage")                              \
+  V(u_max, PARAM, 1, "real", "V", 130.0, -1e300, 1e300, "highest voltage")                             \
+  V(i_max, PARAM, 1, "real", "A", 0.25, HYST_POSITIVE, 1e300, "largest current")                       \
+  V(C, PARAM, 1, "real", "F", 1.8e-6, HYST_POSITIVE, 1e300, "capacitance of the actuator")             \
+  V(f_b, PARAM, 1, "real", "Hz", 1e4, HYST_POSITIVE, 1e12, "bandwidth of small signals (-3 dB)")       \
+  V(omega, DERIVED, 1, "real", "rad/s", 1.0, -HYST_INF, HYST_INF, "bandwidth")                         \
+  V(most, DERIVED, 1, "real", "V", 1.0, -HYST_INF, HYST_INF, "voltage error at the current limit")     \
+  V(u, INPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "commanded voltage")                           \
+  V(y, OUTPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "voltage at the actuator")                    \
+  V(excess, OUTPUT, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "part of the command beyond the limits") \
   V(voltage, CSTATE, 1, "real", "V", 0.0, -HYST_INF, HYST_INF, "voltage at the actuator")
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  if (*u_min > *u_max) return "the limits need u_min <= u_max";
+  if (*u_min > *u_max) return "u_min must not be greater than u_max";
   *omega = HYST_2PI * *f_b;
   *most = *i_max / *C / *omega;
   return NULL;
@@ -59,7 +59,7 @@ HYST_TANGENT_FN(tangent) {
   *t_voltage = *omega * s_driving;
 }
 HYST_BLOCK(amplifier,
-           (.text = "Piezo amplifier with limits of voltage and current and a bandwidth",
+           (.text = "Piezo amplifier with limited voltage, current and bandwidth",
             .equation = "y' = clamp(2 pi f_b (clamp(u, u_min, u_max) - y), -i_max/C, i_max/C)",
             .source = "Fleming & Leang 2014, chapter 14", .family = "dynamics", .tolerance = "rounding"),
            .rate = HYST_CONTINUOUS, .prepare = prepare, .output = output, .tangent = tangent, .deriv = deriv,

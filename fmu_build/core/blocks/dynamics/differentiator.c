@@ -8,7 +8,7 @@
   V(tau, PARAM, 1, "real", "s", 0.0, 0.0, HYST_INF, "time constant of the filter; 0: plain difference") \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                        \
   V(du, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "derivative of u")                          \
-  V(step, STATE, 1, "real", "s", 0.0, 0.0, HYST_INF, "last step")                                       \
+  V(step, STATE, 1, "real", "s", 0.0, 0.0, HYST_INF, "length of the last step")                         \
   V(u_end, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at the end of the last step")        \
   V(u_begin, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at the start of the last step")    \
   V(du_begin, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "derivative at the start of the last step")

@@ -13,14 +13,14 @@
   V(c_L, PARAM, 1, "real", "N.s/m", 10.0, 0.0, 1e100, "viscous damping")                              \
   V(k_L, PARAM, 1, "real", "N/m", 5e4, 0.0, 1e100, "linear stiffness")                                \
   V(f, PARAM, n, "real", "N/m", 5e4, -1e100, 1e100, "stiffness of the hysteretic force at the knots") \
-  V(z_max, PARAM, 1, "real", "N", 100.0, 1e-100, 1e100, "knots over the forces -z_max to z_max")      \
+  V(z_max, PARAM, 1, "real", "N", 100.0, 1e-100, 1e100, "largest knot; the smallest is -z_max")       \
   V(u, INPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force")                                      \
   V(y, OUTPUT, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
   V(z, OUTPUT, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
   V(q, CSTATE, 1, "real", "m", 0.0, -HYST_INF, HYST_INF, "displacement")                              \
   V(v, CSTATE, 1, "real", "m/s", 0.0, -HYST_INF, HYST_INF, "velocity")                                \
   V(g, CSTATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "hysteretic force")                          \
-  V(u_last, STATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "force at the last step")
+  V(u_last, STATE, 1, "real", "N", 0.0, -HYST_INF, HYST_INF, "input at the last step")
 
 enum { MOST_STEPS = 10000 };
 
@@ -34,7 +34,7 @@ typedef struct {
 /* f at x, and its derivative towards the sign of `way` */
 static double stiffness(const shape *s, double x) {
   const double at = 0.5 * (x / s->z_max + 1) * s->last;
-  if (!(at > 0)) return at != at ? at : s->f[0]; /* NaN stays: it shows what the derivative depends on */
+  if (!(at > 0)) return at != at ? at : s->f[0]; /* NaN stays NaN, which shows the dependence of the derivative */
   if (at >= s->last) return s->f[s->last];
   const int i = (int)at;
   return s->f[i] + (at - i) * (s->f[i + 1] - s->f[i]);
@@ -92,7 +92,7 @@ HYST_UPDATE_FN(update) {
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
-  return 0; /* outputs are states */
+  return 0; /* the outputs are states */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
@@ -121,7 +121,7 @@ HYST_SENSITIVITY_FN(sensitivity) {
   for (int i = 1; i <= steps; i++) {
     const double v0 = *v, q0 = *q, between = *v + by * (force - *c_L * *v - *k_L * *q - *g), dq = 2 * half * between;
     const double sign = between > 0 ? 1 : -1, x0 = sign * *g, f0 = stiffness(&s, x0), middle = *g + 0.5 * dq * f0;
-    const double x1 = sign * middle, f1 = stiffness(&s, x1), way = between; /* z moves as f and the motion say */
+    const double x1 = sign * middle, f1 = stiffness(&s, x1), way = between; /* change of z by f and the motion */
     const double slope0 = sign * stiffness_slope(&s, x0, way * f0 * sign);
     const double slope1 = sign * stiffness_slope(&s, x1, way * f1 * sign);
     const double done = (double)(i - 1) / steps, next = i == steps ? 1 : (double)i / steps;
@@ -157,7 +157,7 @@ HYST_SENSITIVITY_FN(sensitivity) {
   for (int64_t c = 0; c < n_columns; c++) s_u_last[c] = s_u[c], t_y[c] = s_q[c], t_z[c] = s_g[c];
 }
 HYST_BLOCK(duhem_oscillator,
-           (.text = "Oscillator with a Duhem force of free shape",
+           (.text = "Oscillator with a Duhem force of any shape",
             .equation = "m_L y'' + c_L y' + k_L y + z = u; dz/dy = f(s z), s = sgn(y'), f linear between its knots",
             .source = "Oh & Bernstein 2005 (Duhem's form); Noel & Schoukens 2016 (the oscillator)",
             .family = "dynamics", .tolerance = "integration", .rule_error = 1e-5, .rule_step = 1e-6, .smooth = 1e-8,

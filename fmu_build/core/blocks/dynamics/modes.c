@@ -6,21 +6,21 @@
 #include "core/elementary/matrix_exponential.h"
 
 #define DIMS(D) D(n, 1, 1, 1000, "number of modes")
-#define VARS(V)                                                                                            \
-  V(f_n, FIXED, n, "real", "Hz", 1.0, HYST_POSITIVE, 1e12, "natural frequencies")                          \
-  V(zeta, FIXED, n, "real", "1", 0.02, 0.0, 1e6, "damping ratios")                                         \
-  V(k, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gains")                                    \
-  V(A, DERIVED, 4 * n, "real", "1", 0.0, -HYST_INF, HYST_INF, "state matrices over a step, row by row")    \
-  V(B, DERIVED, 2 * n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights of the input held over a step")     \
-  V(work, DERIVED, HYST_EXPM_WORK(3), "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential") \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                           \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "sum of the modes")                               \
-  V(q, CSTATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "displacements of the modes, before their gains") \
-  V(v, CSTATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "velocities of the modes, over omega")
+#define VARS(V)                                                                                               \
+  V(f_n, FIXED, n, "real", "Hz", 1.0, HYST_POSITIVE, 1e12, "natural frequencies")                             \
+  V(zeta, FIXED, n, "real", "1", 0.02, 0.0, 1e6, "damping ratios")                                            \
+  V(k, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "static gains")                                       \
+  V(A, DERIVED, 4 * n, "real", "1", 0.0, -HYST_INF, HYST_INF, "state matrices over a step, row by row")       \
+  V(B, DERIVED, 2 * n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights of an input that is held over a step") \
+  V(work, DERIVED, HYST_EXPM_WORK(3), "real", "1", 0.0, -HYST_INF, HYST_INF, "workspace for matrices")        \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                              \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "sum of the modes")                                  \
+  V(q, CSTATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "displacements of the modes, not multiplied by k")   \
+  V(v, CSTATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "velocities of the modes / omega")
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  if (dt == 0) return NULL; /* initialisation uses no matrices */
+  if (dt == 0) return NULL; /* the initialisation uses no matrices */
   for (int i = 0; i < n; i++) {
     const double turn = HYST_2PI * f_n[i] * dt;
     if (!(turn * (1 + zeta[i]) < 1e12)) return "the step is too long for the fastest mode (more than 1e12 radians)";

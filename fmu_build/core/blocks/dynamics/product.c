@@ -5,10 +5,10 @@
 #define DIMS(D)                         \
   D(n, 2, 1, 1000, "number of factors") \
   D(m, 1, 0, 1000, "number of divisors")
-#define VARS(V)                                                                           \
-  V(least, PARAM, 1, "real", "1", 0.001, 1e-150, HYST_INF, "least size of a divisor")     \
-  V(u, INPUT, n + m, "real", "1", 0.0, -HYST_INF, HYST_INF, "factors, then the divisors") \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "product of the factors over that of the divisors")
+#define VARS(V)                                                                                    \
+  V(least, PARAM, 1, "real", "1", 0.001, 1e-150, HYST_INF, "smallest absolute value of a divisor") \
+  V(u, INPUT, n + m, "real", "1", 0.0, -HYST_INF, HYST_INF, "the factors, then the divisors")      \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "product of the factors / product of the divisors")
 
 static double divisor(double v, double least) { return v >= least || v <= -least ? v : v < 0 ? -least : least; }
 
@@ -35,7 +35,7 @@ HYST_TANGENT_FN(tangent) {
   *t_y = slope;
 }
 HYST_BLOCK(product,
-           (.text = "Product of signals, over a product of others",
-            .equation = "y = u_1 .. u_n / (u_(n+1) .. u_(n+m)), a divisor at least `least` in size",
+           (.text = "Product of signals, divided by a product of other signals",
+            .equation = "y = u_1 .. u_n / (u_(n+1) .. u_(n+m)), each |divisor| at least `least`",
             .source = "gain scheduling (Rugh & Shamma 2000)", .family = "dynamics", .tolerance = "rounding"),
            .rate = HYST_FUNCTION, .output = output, .tangent = tangent)

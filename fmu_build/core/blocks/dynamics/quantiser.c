@@ -5,13 +5,13 @@
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                                   \
-  V(q, PARAM, 1, "real", "1", 0.01, HYST_POSITIVE, HYST_INF, "distance of two levels, the least significant bit") \
-  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "one of the levels")                                 \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal")                                                 \
+#define VARS(V)                                                                                                     \
+  V(q, PARAM, 1, "real", "1", 0.01, HYST_POSITIVE, HYST_INF, "distance between two levels (least significant bit)") \
+  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "one of the levels")                                   \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal")                                                   \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "nearest level")
 
-static const double MOST = 4503599627370496.0; /* 2^52: doubles are no closer than the levels from here on */
+static const double MOST = 4503599627370496.0; /* 2^52: above it, doubles are not closer than the levels */
 
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

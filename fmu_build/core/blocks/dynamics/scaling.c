@@ -15,7 +15,7 @@
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   for (int i = 0; i < n; i++)
-    if (lo[i] > hi[i]) return "the limits need lo <= hi";
+    if (lo[i] > hi[i]) return "lo must not be greater than hi";
   return NULL;
 }
 HYST_OUTPUT_FN(output) {
@@ -48,6 +48,6 @@ HYST_BLOCK(scaling,
            (.text = "Limit, gain and offset of each signal",
             .equation = "y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i",
             .source = "affine normalisation; limits of the training range", .family = "dynamics", .inverts = "scaling",
-            .invert_condition = "one signal with gain other than 0; the inverse has other values",
+            .invert_condition = "there is one signal and its gain is not 0; the inverse has different values",
             .tolerance = "rounding", .sensitivity = sensitivity),
            .rate = HYST_FUNCTION, .prepare = prepare, .output = output, .tangent = tangent)

@@ -8,26 +8,26 @@
 
 enum { MOST_ORDER = 32 };
 
-#define DIMS(D)                                               \
-  D(na, 1, 1, MOST_ORDER, "order: degree of the denominator") \
+#define DIMS(D)                                                \
+  D(na, 1, 1, MOST_ORDER, "degree of the denominator (order)") \
   D(nb, 0, 0, MOST_ORDER, "degree of the numerator, at most na")
-#define VARS(V)                                                                                                      \
-  V(b, FIXED, nb + 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "numerator, highest power of s first")                  \
-  V(a, FIXED, na + 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "denominator, highest power of s first; a[1] not 0")    \
-  V(hold, FIXED, 1, "zoh|foh", "1", 0.0, 0.0, 1.0, "input between steps: held at its new value, or a ramp up to it") \
-  V(start, FIXED, 1, "rest|steady", "1", 0.0, 0.0, 1.0,                                                              \
-    "start with zero states, or in equilibrium with the first input")                                                \
-  V(alpha, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "monic denominator in p, lowest power first")         \
-  V(c, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "output row")                                             \
-  V(d, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "direct term")                                             \
-  V(sigma, DERIVED, 1, "real", "1/s", 1.0, -HYST_INF, HYST_INF, "time scale")                                        \
-  V(A, DERIVED, na *na, "real", "1", 0.0, -HYST_INF, HYST_INF, "state matrix over a step")                           \
-  V(B0, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the input at the start of a step")            \
-  V(B1, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the input at the end of a step")              \
-  V(work, DERIVED, HYST_EXPM_WORK(na + 2), "real", "1", 0.0, -HYST_INF, HYST_INF, "for the matrix exponential")      \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                     \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                   \
-  V(v, CSTATE, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "states")                                                  \
+#define VARS(V)                                                                                                        \
+  V(b, FIXED, nb + 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "numerator, highest power of s first")                    \
+  V(a, FIXED, na + 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "denominator, highest power of s first; a[1] not 0")      \
+  V(hold, FIXED, 1, "zoh|foh", "1", 0.0, 0.0, 1.0, "input within a step: held at its new value, or a ramp to it")      \
+  V(start, FIXED, 1, "rest|steady", "1", 0.0, 0.0, 1.0,                                                                \
+    "initial states: zero, or in equilibrium with the first input")                                                    \
+  V(alpha, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "monic denominator in scaled time, lowest power first") \
+  V(c, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "output row of the state space")                            \
+  V(d, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "direct term")                                               \
+  V(sigma, DERIVED, 1, "real", "1/s", 1.0, -HYST_INF, HYST_INF, "time scale")                                          \
+  V(A, DERIVED, na *na, "real", "1", 0.0, -HYST_INF, HYST_INF, "state matrix over a step")                             \
+  V(B0, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the input at the start of a step")              \
+  V(B1, DERIVED, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the input at the end of a step")                \
+  V(work, DERIVED, HYST_EXPM_WORK(na + 2), "real", "1", 0.0, -HYST_INF, HYST_INF, "workspace for matrices")            \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                       \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                     \
+  V(v, CSTATE, na, "real", "1", 0.0, -HYST_INF, HYST_INF, "states")                                                    \
   V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at the last step")
 
 static double power_of_two(int e) { return hyst_from_bits((uint64_t)(e + 1023) << 52); } /* |e| <= 1022 */
@@ -42,7 +42,7 @@ static int time_scale(int na, const double *a) {
     const int root = e > 0 ? (e + k - 1) / k : -(-e / k);
     if (root > most) most = root;
   }
-  return most == -1023 ? 0 : most; /* a chain of integrators has no time scale */
+  return most == -1023 ? 0 : most; /* integrators in series have no time scale */
 }
 
 static int all_finite(int n, const double *v) {
@@ -81,10 +81,10 @@ HYST_PREPARE_FN(prepare) {
   for (int k = 1; k <= na; k++)
     if (!hyst_isfinite(a[k] / a[0])) return "the first coefficient of a is too small relative to the others";
   const int e = time_scale(na, a);
-  if (e > 1022) return "the coefficients are too far apart"; /* 2^-e would be 0 or infinite */
+  if (e > 1022) return "the magnitudes of the coefficients differ too much"; /* otherwise 2^-e is 0 or infinite */
   const double slower = power_of_two(-e);
   *sigma = power_of_two(e);
-  for (int k = 1; k <= na; k++) { /* stepwise, because sigma^k may be out of range */
+  for (int k = 1; k <= na; k++) { /* multiplied in steps, because sigma^k may be out of range */
     alpha[na - k] = a[k] / a[0];
     for (int i = 0; i < k; i++) alpha[na - k] *= slower;
   }
@@ -95,10 +95,10 @@ HYST_PREPARE_FN(prepare) {
     c[i] -= *d * alpha[i];
   }
   /* |alpha| <= 1 by the choice of e; a NaN in d makes every c NaN */
-  if (!all_finite(na, c)) return "the coefficients are too far apart";
-  if (dt == 0) return NULL; /* initialisation uses no matrices */
+  if (!all_finite(na, c)) return "the magnitudes of the coefficients differ too much";
+  if (dt == 0) return NULL; /* the initialisation uses no matrices */
   const double rate = *sigma * dt;
-  if (!(rate < 1e12)) return "the step is too long for the fastest time constant (more than 1e12 of them)";
+  if (!(rate < 1e12)) return "the step is too long: more than 1e12 times the fastest time constant";
   if (!discretise(na, alpha, rate, work, *hold == 1, A, B0, B1)) return "the output overflows in one step";
   return NULL;
 }
@@ -118,7 +118,7 @@ HYST_DERIV_FN(deriv) {
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   if (dt == 0) {
-    if (*start == 1) v[0] = *u / alpha[0]; /* the others are derivatives */
+    if (*start == 1) v[0] = *u / alpha[0]; /* the other states are derivatives */
     *u_last = *u;
     return;
   }

@@ -9,7 +9,7 @@
   V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
   V(edge, DERIVED, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "g and g' at d_max")                               \
   V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                        \
-  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives h")                  \
+  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "operator input for the output h")                     \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of h")
 
 static hyst_turn turn(hyst_odd l, const double *extrema, int depth, double h, double x0) {

@@ -1,20 +1,20 @@
-/* Exact inverse of creep with the same parameters: the lags run on the output, which is what the lags of the creep get.
- * With s_i = 1 - e^(-dt/T_i), a step of the creep gives u = (w0 + sum w_i s_i) y + sum w_i (1 - s_i) q_i, which is
- * linear in y.  It is sampled because it inverts these steps, not the differential equation: an input held over a step
- * is not what a held output needs.  Krejci & Kuhnen 2001. */
+/* Exact inverse of creep with the same parameters: the input of the lags is the output y, because y is the input of the
+ * creep. With s_i = 1 - e^(-dt/T_i), a step of the creep gives u = (w0 + sum w_i s_i) y + sum w_i (1 - s_i) q_i, which
+ * is linear in y. It is sampled because it inverts these steps, not the differential equation: the inverse of the
+ * differential equation would need an input that changes within a step. Krejci & Kuhnen 2001. */
 #include "core/elementary/elementary.h"
 #include "core/hyst.h"
 
 #define DIMS(D) D(n, 1, 1, 100000, "number of lags")
-#define VARS(V)                                                                                                 \
-  V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                                  \
-  V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                                   \
-  V(w0, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "weight of the input itself, other than 0")            \
-  V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "lags start at 0, or at the first output")                    \
-  V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "approach of a lag to its input in one step: 1 - e^(-dt/T)") \
-  V(gain, DERIVED, 2, "real", "1", 1.0, -HYST_INF, HYST_INF, "gain of creep: over one step, in steady state")   \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the creep")                           \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the creep that gives it")                    \
+#define VARS(V)                                                                                                      \
+  V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                                       \
+  V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                                        \
+  V(w0, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "weight of the direct input, not 0")                        \
+  V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "initial lags: 0, or the first output")                            \
+  V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "relative change of a lag in one step: 1 - e^(-dt/T)")            \
+  V(gain, DERIVED, 2, "real", "1", 1.0, -HYST_INF, HYST_INF, "gains of the creep over one step and in steady state") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the creep")                                \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "creep input for the output u")                             \
   V(q, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged outputs")
 
 enum { REST, STEADY };
@@ -27,8 +27,8 @@ HYST_PREPARE_FN(prepare) {
     gain[0] += w[i] * share[i];
     gain[1] += w[i];
   }
-  if (*w0 == 0) return "an inverse of creep needs w0 other than 0";
-  if (gain[0] == 0 || gain[1] == 0) return "an inverse of creep needs a gain other than 0";
+  if (*w0 == 0) return "w0 must not be 0";
+  if (gain[0] == 0 || gain[1] == 0) return "the gain of the creep over a step must not be 0";
   return NULL;
 }
 HYST_OUTPUT_FN(output) {
@@ -56,6 +56,6 @@ HYST_BLOCK(creep_inverse,
            (.text = "Exact inverse of creep",
             .equation = "y = (u - sum_i w_i q_i)/w0; q_i: first-order lags of y, held over a step",
             .source = "Krejci & Kuhnen 2001", .family = "inverses", .inverts = "creep",
-            .invert_condition = "w0 other than 0", .tolerance = "rounding"),
+            .invert_condition = "w0 is not 0", .tolerance = "rounding"),
            .rate = HYST_SAMPLED, .flags = HYST_STEP, .prepare = prepare, .output = output, .tangent = tangent,
            .update = update)

@@ -8,15 +8,15 @@
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                                  \
-  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")                                          \
-  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")                                           \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output")                                         \
-  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")                                          \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")                                          \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root")                                        \
-  V(asked, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "request of the root: y, lo, hi; h - y at the root") \
-  V(before, STATE, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "another root before it, and h there")
+#define VARS(V)                                                                                                   \
+  V(lo, PARAM, 1, "real", "1", -1.0, -1e300, 1e300, "lower limit of u")                                           \
+  V(hi, PARAM, 1, "real", "1", 1.0, -1e300, 1e300, "upper limit of u")                                            \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output")                                          \
+  V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model output")                                           \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "model input")                                           \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last root")                                         \
+  V(asked, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "y, lo, hi of the last root, and h - y at this root") \
+  V(before, STATE, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "previous root, and h at this root")
 
 static double constant(void *off, double u) {
   (void)u;

@@ -6,7 +6,7 @@
 
 #define DIMS(D)                                   \
   D(n, 10, 1, 100000, "number of play operators") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
+  D(depth, 256, 4, 100000, "maximum number of stored extrema")
 #define VARS(V)                                                                                                 \
   V(w0, FIXED, 1, "real", "1", 1.0, HYST_POSITIVE, HYST_INF, "weight of the linear term, greater than 0")       \
   V(r, FIXED, n, "real", "1", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")              \
@@ -14,7 +14,7 @@
   V(u0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: every play rests at this value of u") \
   V(curve, DERIVED, HYST_PIECEWISE(n), "real", "1", 0.0, -HYST_INF, HYST_INF, "loading curve as prefix sums")   \
   V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                        \
-  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives y")                  \
+  V(u, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "operator input for the output y")                     \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of y")
 
 static double slope(const double *curve, int n) {
@@ -41,6 +41,6 @@ HYST_BLOCK(prandtl_ishlinskii_inverse,
            (.text = "Exact inverse of the Prandtl-Ishlinskii operator",
             .equation = "u such that w0 u + sum_i w_i p_{r_i}[u] = y", .source = "Krejci & Kuhnen 2001, eq. 10-14",
             .family = "inverses", .inverts = "prandtl_ishlinskii",
-            .invert_condition = "w0 > 0 and every partial sum w0 + w_1 + ... + w_i > 0", .tolerance = "rounding"),
+            .invert_condition = "w0 > 0 and w0 + w_1 + ... + w_i > 0 for every i", .tolerance = "rounding"),
            .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,
            .update = update)

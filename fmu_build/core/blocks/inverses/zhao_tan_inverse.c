@@ -4,11 +4,11 @@
 #include "core/elementary/elementary.h"
 #include "core/memory/return_point.h"
 
-#define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define DIMS(D) D(depth, 256, 4, 100000, "maximum number of stored extrema")
 #define VARS(V)                                                                                                 \
   V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
   V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                        \
-  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input of the operator that gives h")                  \
+  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "operator input for the output h")                     \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of h")
 
 /* g^-1(v) by Halley's method: from the series at 0, or from the asymptote, 2 to 4 steps to full accuracy */
@@ -22,7 +22,7 @@ static double branch(const void *none, double v) {
     const double g = -m * d - v, dg = e * d - m, ddg = e * (2 - d);
     const double step = g * dg / (dg * dg - 0.5 * g * ddg);
     d -= step;
-    if (hyst_fabs(step) < 1e-6 * d) break; /* the error is now of the order of its cube */
+    if (hyst_fabs(step) < 1e-6 * d) break; /* the next error is of the order of the cube of this step */
   }
   return d;
 }
@@ -31,7 +31,7 @@ HYST_RETURN_POINT(extrema, *h, x, hyst_turn_dominant(extrema, depth, *h, 0, *x0,
 static double branch_slope(const void *none, double v, int grows) {
   (void)grows;
   const double d = branch(none, v), m = hyst_expm1(-d);
-  return 1 / (d * (1 + m) - m); /* infinite at the start of a branch */
+  return 1 / (d * (1 + m) - m); /* the slope is infinite at the start of a branch */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT

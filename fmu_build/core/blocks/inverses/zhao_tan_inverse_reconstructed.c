@@ -5,11 +5,11 @@
 #include "core/elementary/elementary.h"
 #include "core/memory/return_point.h"
 
-#define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define DIMS(D) D(depth, 256, 4, 100000, "maximum number of stored extrema")
 #define VARS(V)                                                                                                 \
   V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
   V(h, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "wanted output of the operator")                        \
-  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "second input of an inverse network")                  \
+  V(x, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "approximate operator input, for an inverse network")  \
   V(extrema, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of h")
 
 static double branch(const void *none, double d) {

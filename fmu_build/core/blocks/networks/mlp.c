@@ -53,7 +53,7 @@ HYST_OUTPUT_FN(output) {
       case 2: weighted(a + i, b_rest, w_rest, u, n_in, 2); break;
       case 1: weighted(a + i, b_rest, w_rest, u, n_in, 1);
     }
-    if (n % HYST_LANES) { /* a lane without a neuron */
+    if (n % HYST_LANES) { /* an unused lane */
       double sum = b[n - 1];
       for (int k = 0; k < n_in; k++) sum += w[(ptrdiff_t)(n - 1) * n_in + k] * u[k];
       a[n_a - 1] = hyst_lanes_all(sum);

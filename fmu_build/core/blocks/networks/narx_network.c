@@ -5,25 +5,24 @@
 #include "core/hyst.h"
 
 #define DIMS(D)                                                \
-  D(n_u, 2, 1, 1000, "present input and lags of it, together") \
-  D(n_y, 1, 0, 1000, "lags of the output")                     \
+  D(n_u, 2, 1, 1000, "number of inputs u_k to u_(k-n_u+1)")    \
+  D(n_y, 1, 0, 1000, "number of outputs y_(k-1) to y_(k-n_y)") \
   D(n_hidden, 4, 1, 10000, "number of hidden neurons")
-#define VARS(V)                                                                                                    \
-  V(a, PARAM, n_u + n_y, "real", "1", 0.1, -HYST_INF, HYST_INF,                                                    \
-    "linear weights of u_k and older inputs, y_(k-1) and older outputs")                                           \
-  V(W1, PARAM, n_hidden *(n_u + n_y), "real", "1", 0.2, -HYST_INF, HYST_INF, "hidden weights, one row per neuron") \
-  V(b1, PARAM, n_hidden, "real", "1", 0.0, -HYST_INF, HYST_INF, "hidden biases")                                   \
-  V(W2, PARAM, n_hidden, "real", "1", 0.1, -HYST_INF, HYST_INF, "output weights")                                  \
-  V(b2, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output bias")                                            \
-  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                          \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                   \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                 \
-  V(past_u, STATE, n_u, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and older ones, newest first")                 \
-  V(past_y, STATE, n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "y_(k-1) and older ones, newest first")
+#define VARS(V)                                                                                                      \
+  V(a, PARAM, n_u + n_y, "real", "1", 0.1, -HYST_INF, HYST_INF, "linear weights of the inputs, then of the outputs") \
+  V(W1, PARAM, n_hidden *(n_u + n_y), "real", "1", 0.2, -HYST_INF, HYST_INF, "hidden weights, one row per neuron")   \
+  V(b1, PARAM, n_hidden, "real", "1", 0.0, -HYST_INF, HYST_INF, "hidden biases")                                     \
+  V(W2, PARAM, n_hidden, "real", "1", 0.1, -HYST_INF, HYST_INF, "output weights")                                    \
+  V(b2, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output bias")                                              \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                            \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                     \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                   \
+  V(past_u, STATE, n_u, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and older inputs, newest first")                 \
+  V(past_y, STATE, n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "y_(k-1) and older outputs, newest first")
 
 typedef struct {
   const double *past_u, *past_y;
-  double u; /* in place of the first element of past_u */
+  double u; /* replaces the first element of past_u */
   int n_u, n_y;
 } lags;
 
@@ -74,7 +73,7 @@ HYST_TANGENT_FN(tangent) {
   *t_y = slope * *s_u;
 }
 HYST_BLOCK(narx_network,
-           (.text = "NARX network: one hidden layer on lags of input and output",
+           (.text = "NARX network: one hidden layer with lags of input and output",
             .equation = "y_k = a'z + W2 tanh(W1 z + b1) + b2, z = u_k .. u_(k-n_u+1), y_(k-1) .. y_(k-n_y)",
             .source = "Narendra & Parthasarathy 1990; Leontaritis & Billings 1985 (NARX)", .family = "networks",
             .tolerance = "rounding"),

@@ -15,20 +15,20 @@ static inline int64_t monomials(int64_t p, int64_t q) {
 }
 
 #define DIMS(D)                                  \
-  D(n_u, 1, 1, 1000, "lags of u")                \
-  D(n_f, 1, 0, 1000, "lags of f")                \
-  D(n_y, 1, 0, 1000, "lags of y")                \
+  D(n_u, 1, 1, 1000, "number of lags of u")      \
+  D(n_f, 1, 0, 1000, "number of lags of f")      \
+  D(n_y, 1, 0, 1000, "number of lags of y")      \
   D(q, 2, 1, 10, "highest degree of a monomial") \
-  D(n_k, 1, 0, 1, "first lag of u and f: 0 direct feed-through, 1 none")
-#define VARS(V)                                                                                            \
-  V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                   \
-    "weights of the monomials, by degree, the constant last")                                              \
-  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                  \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                           \
-  V(f, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "auxiliary function of the input")                 \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                         \
-  V(past, STATE, n_u + n_f + n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "z of the last input, see above") \
-  V(now, STATE, 2 * n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and f_k, which z lacks if n_k = 1")
+  D(n_k, 1, 0, 1, "first lag of u and f; 0: direct feed-through")
+#define VARS(V)                                                                                          \
+  V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                 \
+    "weights of the monomials by degree; the constant is last")                                          \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output before the first input")                \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                         \
+  V(f, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "auxiliary function of the input")               \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                       \
+  V(past, STATE, n_u + n_f + n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "variables z of the last step") \
+  V(now, STATE, 2 * n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and f_k if n_k = 1")
 
 enum { MOST_DEGREE = 10 };
 
@@ -36,7 +36,7 @@ typedef struct {
   double u, f;     /* for n_k = 0, in place of the first elements of z for u and f */
   const double *z; /* lags of u, f and y */
   int n_u, n_f, p, q, n_k;
-  const double *next[MOST_DEGREE + 1]; /* by degree: the next weight */
+  const double *next[MOST_DEGREE + 1]; /* next weight of each degree */
 } network;
 
 static double variable(const network *n, int i) {
@@ -44,7 +44,7 @@ static double variable(const network *n, int i) {
   return i == 0 ? n->u : i == n->n_u && n->n_f > 0 ? n->f : n->z[i];
 }
 
-/* four sums in parallel, because one would wait for each of its products */
+/* four sums in parallel, because a single sum waits for each product */
 static inline double product(const double *a, const double *b, int n) {
   double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
   int i = 0;
@@ -65,7 +65,7 @@ static inline double product(const double *a, const double *b, int n) {
 
 /* weights of the highest degree times z_first, .., z_(p-1) */
 static inline double innermost(network *n, int first) {
-  const double *weight = n->next[n->q] - first; /* of z_0, if there were one */
+  const double *weight = n->next[n->q] - first; /* weights that z_0 would have */
   n->next[n->q] += n->p - first;
   if (n->n_k > 0) return product(weight + first, n->z + first, n->p - first);
   double sum = 0;
@@ -107,7 +107,7 @@ static double evaluate(network n, const double *theta) {
 }
 
 static void shift(double *past, int n, double now) {
-  for (int i = 0; i < n; i++) { /* upwards, because a compiler calls memmove for a loop downwards */
+  for (int i = 0; i < n; i++) { /* the loop counts upwards, because compilers replace a loop downwards by memmove */
     const double before = past[i];
     past[i] = now;
     now = before;
@@ -168,7 +168,7 @@ HYST_TANGENT_FN(tangent) {
   *t_y = nested_tangent(&at, *s_u, *s_f, 1, 0).tangent;
 }
 HYST_BLOCK(polynomial_narx,
-           (.text = "Polynomial network of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
+           (.text = "Polynomial of lagged inputs, auxiliary function and outputs (NFIR, NARX)",
             .equation = "y_k = theta' phi(k), phi the monomials up to degree q of lags of u, f and y",
             .source = "IPMC hysteresis model with basis function network, eq. 8-12; Leontaritis & Billings 1985 (NARX)",
             .family = "networks", .tolerance = "rounding"),

@@ -11,25 +11,25 @@
 #include "core/hyst.h"
 
 #define DIMS(D) D(n, 2, 1, 1000, "number of weights")
-#define VARS(V)                                                                                              \
-  V(form, FIXED, 1, "corrected|printed|plain", "1", 0, 0, 2, "corrected, as printed, or without dead zone")  \
-  V(theta0, FIXED, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial weights")                              \
-  V(eta, FIXED, 1, "real", "1", 100.0, HYST_POSITIVE, HYST_INF, "initial covariance P(0) = eta I")           \
-  V(mu, PARAM, 1, "real", "1", 0.999, HYST_POSITIVE, 1.0, "forgetting factor; 1: none")                      \
-  V(r, PARAM, 1, "real", "1", 0.05, HYST_POSITIVE, HYST_INF, "dead zone: an error of at most r is no error") \
-  V(share, PARAM, 1, "real", "1", 1.0, HYST_POSITIVE, 1.0, "gain beta as a share of its bound mu Sigma")     \
-  V(phi, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "regressors")                                      \
-  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output")                                   \
-  V(y_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "prediction of y, before it is learned from")   \
-  V(theta, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights, after the sample")                    \
-  V(learned, OUTPUT, 1, "real", "1", 0.0, 0.0, HYST_INF, "updates of the weights since P was eta I")         \
-  V(weights, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights")                                     \
-  V(before, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights before the last sample")               \
-  V(gain, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "P phi of the last update")                       \
-  V(D, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "diagonal of D in P = U D U'")                       \
-  V(U, STATE, n *(n - 1) / 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "columns of U above the diagonal")      \
-  V(count, STATE, 1, "real", "1", 0.0, 0.0, HYST_INF, "updates since P was eta I")                           \
-  V(samples, STATE, 1, "real", "1", 0.0, 0.0, HYST_INF, "samples k")                                         \
+#define VARS(V)                                                                                                     \
+  V(form, FIXED, 1, "corrected|printed|plain", "1", 0, 0, 2, "update: corrected, as printed, or without dead zone") \
+  V(theta0, FIXED, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial weights")                                     \
+  V(eta, FIXED, 1, "real", "1", 100.0, HYST_POSITIVE, HYST_INF, "initial covariance P(0) = eta I")                  \
+  V(mu, PARAM, 1, "real", "1", 0.999, HYST_POSITIVE, 1.0, "forgetting factor; 1: none")                             \
+  V(r, PARAM, 1, "real", "1", 0.05, HYST_POSITIVE, HYST_INF, "dead zone: errors up to r are ignored")               \
+  V(share, PARAM, 1, "real", "1", 1.0, HYST_POSITIVE, 1.0, "gain beta relative to its bound mu Sigma")              \
+  V(phi, INPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "regressors")                                             \
+  V(y, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "measured output")                                          \
+  V(y_hat, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "prediction of y before the update of the weights")    \
+  V(theta, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights after the update")                            \
+  V(learned, OUTPUT, 1, "real", "1", 0.0, 0.0, HYST_INF, "number of updates since P was eta I")                     \
+  V(weights, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights")                                            \
+  V(before, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "weights before the last update")                      \
+  V(gain, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "P phi of the last update")                              \
+  V(D, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "diagonal of D in P = U D U'")                              \
+  V(U, STATE, n *(n - 1) / 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "columns of U above the diagonal")             \
+  V(count, STATE, 1, "real", "1", 0.0, 0.0, HYST_INF, "number of updates since P was eta I")                        \
+  V(samples, STATE, 1, "real", "1", 0.0, 0.0, HYST_INF, "number of samples k")                                      \
   V(variance, STATE, 1, "real", "1", 0.0, 0.0, HYST_INF, "sigma^2 / r^2 as printed")
 
 enum { CORRECTED, PRINTED, PLAIN };
@@ -100,7 +100,7 @@ HYST_UPDATE_FN(update) {
   double alpha = *mu;
   if (*form != (double)PLAIN) {
     const double s = *share * ((*form == (double)PRINTED ? *variance : size * size) - 1);
-    if (hyst_fabs(e) <= *r || s == 0 || hPh == 0) { /* lambda = 0, or nothing to learn from */
+    if (hyst_fabs(e) <= *r || s == 0 || hPh == 0) { /* lambda = 0, or the regressors are 0 */
       if (*form == (double)PRINTED)
         for (int i = 0; i < n; i++) D[i] /= *mu;
       return;
@@ -121,7 +121,7 @@ HYST_TANGENT_FN(tangent) {
   *t_learned = 0;
 }
 HYST_BLOCK(recursive_least_squares,
-           (.text = "Recursive least squares with a dead zone: learns the weights of regressors while it runs",
+           (.text = "Recursive least squares with a dead zone: learns the weights of regressors during operation",
             .equation = "e = y - phi' theta, theta += P phi s e / ((1 + s) phi' P phi), s = share (e^2 - r^2) / r^2 "
                         "while |e| > r, P <- (P - s / (1 + s) P phi phi' P / phi' P phi) / mu",
             .source = "IPMC hysteresis model with basis function network, eq. 13-19; Bierman, Automatica 12 (1976) 375",

@@ -2,36 +2,36 @@
  * It is rate-independent, so it is integrated in u: with s = sgn(u'), v = s z and xi = s u,
  *   dv/dxi = A - c(v) |v|^n,   c = gamma + beta for v > 0,   gamma - beta for v < 0,
  * an autonomous equation: one curve v(xi) through v = 0, scaled from dx/dt = 1 - x^n or 1 + x^n (saturation.h), on
- * which every path between two reversals is a part.  A reversal finds its place on the curve; until the next one a step
- * is one value of the curve at that place plus the path.  So the result does not depend on the division of the path of
- * u. A > 0, beta >= 0, beta + gamma > 0 keep z within z_max = (A / (beta + gamma))^(1/n). Wen, J. Eng. Mech. Div. 102
- * (1976) 249-263; bounds: Ikhouane & Rodellar, Systems with Hysteresis, 2007, ch. 2. */
+ * which every path between two reversals is a part. Each reversal corresponds to a point of the curve. Until the next
+ * reversal, a step evaluates the curve at this point plus the path of u, so the result does not depend on the lengths
+ * of the steps. A > 0, beta >= 0, beta + gamma > 0 keep z within z_max = (A / (beta + gamma))^(1/n). Wen, J. Eng. Mech.
+ * Div. 102 (1976) 249-263; bounds: Ikhouane & Rodellar, Systems with Hysteresis, 2007, ch. 2. */
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
 #include "core/memory/saturation.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                             \
-  V(A, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "slope of z at z = 0")                                    \
-  V(beta, PARAM, 1, "real", "1", 0.5, 0.0, 1e100, "width of the loop")                                      \
-  V(gamma, PARAM, 1, "real", "1", 0.5, -1e100, 1e100, "shape of the loop; beta + gamma > 0")                \
-  V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                      \
-  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "weight of the linear term")                               \
-  V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                                      \
-  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u0; within z_max")                           \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where z was z0, before the first input")   \
-  V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                                       \
-  V(away, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v > 0")                      \
-  V(back, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v < 0")                      \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                            \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                          \
-  V(z, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "hysteretic part")                                 \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that z_last belongs to")                \
-  V(z_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u_last")                                 \
-  V(turn, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "last reversal: s after it, u, path from v = 0") \
+#define VARS(V)                                                                                                        \
+  V(A, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "slope of z at z = 0")                                               \
+  V(beta, PARAM, 1, "real", "1", 0.5, 0.0, 1e100, "width of the loop")                                                 \
+  V(gamma, PARAM, 1, "real", "1", 0.5, -1e100, 1e100, "shape of the loop; beta + gamma > 0")                           \
+  V(n, PARAM, 1, "real", "1", 1.0, 1.0, 20.0, "sharpness of the knee")                                                 \
+  V(alpha, PARAM, 1, "real", "1", 0.5, 0.0, 1.0, "weight of the linear term")                                          \
+  V(k, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "output gain")                                                 \
+  V(z0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at u0; at most z_max in absolute value")                   \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input that belongs to z0, before the first input")          \
+  V(z_max, DERIVED, 1, "real", "1", 0.0, 0.0, HYST_INF, "bound of z")                                                  \
+  V(away, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v > 0")                                 \
+  V(back, DERIVED, HYST_ARM, "real", "1", 0.0, -HYST_INF, HYST_INF, "curve for v < 0")                                 \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                       \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                     \
+  V(z, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "hysteretic part")                                            \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last input")                                             \
+  V(z_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "z at the last input")                                    \
+  V(turn, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "last reversal: new direction s, input u, path from v = 0") \
   V(law, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "A, beta, gamma, n at the last reversal")
 
-/* one side of the curve: x and t in units of z and u */
+/* one side of the curve; units of x and t are those of z and u */
 typedef struct {
   double z, u;
   hyst_saturation unit;
@@ -39,7 +39,7 @@ typedef struct {
 enum { HYST_ARM = 2 + HYST_SATURATION };
 
 static void build(arm *a, double A, double c, double least, double n, const arm *other) {
-  const double bend = hyst_fabs(c) > least ? hyst_fabs(c) : least; /* a smaller one makes no difference */
+  const double bend = hyst_fabs(c) > least ? hyst_fabs(c) : least; /* a smaller value has no effect */
   a->z = hyst_pow(A / bend, 1 / n);
   a->u = a->z / A;
   if (c >= 0 && other) a->unit = other->unit;
@@ -62,10 +62,10 @@ static double path(const curve *c, double v) {
 }
 
 typedef struct {
-  double s, u, xi; /* xi: path from v = 0 to the reversal, or minus the path that is left to it */
+  double s, u, xi; /* xi: path from v = 0 to the reversal; negative: remaining path to v = 0 */
 } reversal;
 
-/* the reversal that the path to u starts from; p: A, beta, gamma, n */
+/* returns the reversal at the start of the path to u; p: A, beta, gamma, n */
 static reversal start(const curve *c, const double *p, const double *turn, const double *law, double u_last,
                       double z_last, double u) {
   const double s = u > u_last ? 1 : -1;
@@ -81,9 +81,9 @@ static double value(const curve *c, reversal r, double u) { return r.s * at(c, r
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const double bound = *A / (*beta + *gamma), least = 1e-20 * (*beta + *gamma);
-  if (!(bound > 0) || !hyst_isfinite(bound)) return "beta + gamma must be greater than 0: z would grow without bound";
+  if (!(bound > 0) || !hyst_isfinite(bound)) return "beta + gamma must be greater than 0, else z is unbounded";
   *z_max = hyst_pow(bound, 1 / *n);
-  if (hyst_fabs(*z0) > *z_max) return "z0 must be within (A / (beta + gamma))^(1/n), the bound of z";
+  if (hyst_fabs(*z0) > *z_max) return "|z0| must be at most (A / (beta + gamma))^(1/n)";
   build((arm *)away, *A, *gamma + *beta, least, *n, NULL);
   build((arm *)back, *A, *gamma - *beta, least, *n, (const arm *)away);
   return NULL;

@@ -11,16 +11,16 @@
 #include "core/hyst.h"
 
 #define DIMS(D)
-#define VARS(V)                                                                                           \
-  V(alpha, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "rate of the exponential, in 1 / input")            \
-  V(b, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "slope of the line y = b u")                      \
-  V(k, PARAM, 1, "real", "1", 0.6, -HYST_INF, HYST_INF, "slope of y on that line")                        \
-  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output at u0")                                  \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where y was y0, before the first input") \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                          \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                        \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that w_last belongs to")              \
-  V(w_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "y - b u at u_last")
+#define VARS(V)                                                                                               \
+  V(alpha, PARAM, 1, "real", "1", 1.0, 1e-100, 1e100, "rate of the exponential, in 1 / input")                \
+  V(b, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "slope of the line y = b u")                          \
+  V(k, PARAM, 1, "real", "1", 0.6, -HYST_INF, HYST_INF, "slope of y on the line y = b u")                     \
+  V(y0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output at u0")                                      \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input that belongs to y0, before the first input") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                              \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                            \
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last input")                                    \
+  V(w_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "y - b u at the last input")
 
 /* w after the path du; slope: k - b */
 static double after(double alpha, double slope, double w, double du) {

@@ -13,7 +13,7 @@
 #define DIMS(D) HYST_ODD_DIMS(D)
 #define VARS(V)                                                                                                 \
   HYST_ODD_ROWS(V)                                                                                              \
-  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "which extremum a branch starts from")                     \
+  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "extremum at which a branch starts")                       \
   V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
   V(edge, DERIVED, 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "g and g' at d_max")                               \
   V(x, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
@@ -29,7 +29,7 @@ HYST_PREPARE_FN(prepare) {
   const hyst_odd l = hyst_odd_of(*a0, a, m, *d_max, edge);
   hyst_odd_prepare(&l, edge);
   if (*memory != (double)HYST_LAST && !(hyst_odd_least_slope(&l, 0) >= 0))
-    return "the branch (1 - e^-d) (a0 + sum a_j d^(2j-1)) must not fall between d = 0 and d_max";
+    return "the branch (1 - e^-d) (a0 + sum a_j d^(2j-1)) must not decrease between d = 0 and d_max";
   return NULL;
 }
 HYST_RETURN_POINT(extrema, *x, h, turn(hyst_odd_of(*a0, a, m, *d_max, edge), *memory, extrema, depth, *x, *x0), *x0, 0)

@@ -4,14 +4,14 @@
 #include "core/hyst.h"
 
 #define DIMS(D) D(n, 1, 1, 100000, "number of lags")
-#define VARS(V)                                                                                                 \
-  V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                                  \
-  V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                                   \
-  V(w0, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the input itself")                          \
-  V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "lags start at 0, or at the first input")                     \
-  V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "approach of a lag to its input in one step: 1 - e^(-dt/T)") \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                              \
+#define VARS(V)                                                                                           \
+  V(w, PARAM, n, "real", "1", 1.0, -HYST_INF, HYST_INF, "weights of the lags")                            \
+  V(T, PARAM, n, "real", "s", 1.0, HYST_POSITIVE, HYST_INF, "time constants")                             \
+  V(w0, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the direct input")                    \
+  V(start, FIXED, 1, "rest|steady", "1", 0, 0, 1, "initial lags: 0, or the first input")                  \
+  V(share, DERIVED, n, "real", "1", 0.0, 0.0, 1.0, "relative change of a lag in one step: 1 - e^(-dt/T)") \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                          \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                        \
   V(q, CSTATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "lagged inputs")
 
 enum { REST, STEADY };
@@ -40,7 +40,7 @@ HYST_UPDATE_FN(update) {
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
   HYST_OPEN_FEEDTHROUGH
-  return *w0 != 0; /* otherwise y depends on the states only */
+  return *w0 != 0; /* otherwise y depends only on the states */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT

@@ -12,7 +12,7 @@
 
 static double dead_zone(double u, double r) {
   const double d = u - r;
-  return (r > 0 && d < 0) || (r < 0 && d > 0) ? 0 : d; /* r = 0: the input itself */
+  return (r > 0 && d < 0) || (r < 0 && d > 0) ? 0 : d; /* r = 0: S is the input */
 }
 
 HYST_OUTPUT_FN(output) {
@@ -25,7 +25,7 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   double sum = *w0 * *s_u;
   for (int i = 0; i < n; i++) {
-    const double beyond = *u == r[i] ? *s_u : *u - r[i]; /* at a kink the seed decides */
+    const double beyond = *u == r[i] ? *s_u : *u - r[i]; /* at a kink, the seed selects the side */
     if (r[i] == 0 || beyond * r[i] > 0) sum += w[i] * *s_u;
   }
   *t_y = sum;
@@ -35,5 +35,5 @@ HYST_BLOCK(
     (.text = "Weighted sum of one-sided dead zones",
      .equation = "y = w0 u + sum_i w_i S(u, r_i); S = max(u - r, 0) for r > 0, min(u - r, 0) for r < 0, u for r = 0",
      .source = "Kuhnen 2003", .family = "operators", .inverts = "dead_zones",
-     .invert_condition = "slope positive everywhere; the inverse has other r and w", .tolerance = "rounding"),
+     .invert_condition = "the slope is positive; the inverse has other r and w", .tolerance = "rounding"),
     .rate = HYST_FUNCTION, .output = output, .tangent = tangent)

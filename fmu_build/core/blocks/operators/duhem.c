@@ -1,8 +1,12 @@
 /* Duhem operator: the slope of the output depends on input, output and direction, y = k u + w,
- *   dw/du = sum_{i=0..m} u^i (a_i + sum_{j=1..q} (b_ij w^j + c_ij |w| w^(j-1))),
+ *   dw/du = sum_{i=0..m} B_i(u) (a_i + sum_{j=1..q} (b_ij w^j + c_ij |w| w^(j-1))),
  * with one set of coefficients for rising and one for falling u.  It is linear in them, and a Bouc-Wen operator of
  * whole n <= q is the case m = 0, a = A, b_n, c_n = -+beta, -gamma for odd n and -gamma, -+beta for even n (rising,
  * falling): no return-point memory, unlike the operators of the turning-point machine.
+ *
+ * The B_i are uniform B-splines of degree min(m, 2) on [-1, 1] with the sum 1, and constant outside.  With q = 1 and
+ * b_i = -+r_i, a_i = +-r_i W_i, the output approaches the bound W(u) at the rate r(u), as in magnets and shape-memory
+ * alloys (Tellinen, IEEE Trans. Magn. 34 (1998) 2200-2206; Likhachev & Koval, Scripta Metall. Mater. 27 (1992) 223).
  *
  * It is rate-independent, so it is integrated in u by Runge-Kutta steps of order 4, shorter than du_max, at most 10000
  * per call.  A step across w = 0, where |w| has a kink, is divided there: u at w = 0 follows from one step of du/dw =
@@ -12,25 +16,25 @@
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
 
-#define DIMS(D)                           \
-  D(m, 0, 0, 20, "degree in the input u") \
+#define DIMS(D)                                                 \
+  D(m, 0, 0, 100, "number of B-splines of the input u, less 1") \
   D(q, 1, 1, 20, "degree in the state w")
 #define VARS(V)                                                                                                        \
   V(k, PARAM, 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "slope of the linear term")                                    \
-  V(a_rise, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "rising u: weights of u^i")                           \
-  V(b_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: weights of u^i w^j, one row per i") \
-  V(c_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: weights of u^i |w| w^(j-1)")        \
-  V(a_fall, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: weights of u^i")                          \
-  V(b_fall, PARAM, (m + 1) * q, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: weights of u^i w^j, one row per i") \
-  V(c_fall, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "falling u: weights of u^i |w| w^(j-1)")       \
+  V(a_rise, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "rising u: weights of B_i(u)")                        \
+  V(b_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: weights of B_i w^j, one row per i") \
+  V(c_rise, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "rising u: weights of B_i |w| w^(j-1)")        \
+  V(a_fall, PARAM, m + 1, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: weights of B_i(u)")                       \
+  V(b_fall, PARAM, (m + 1) * q, "real", "1", 0.5, -HYST_INF, HYST_INF, "falling u: weights of B_i w^j, one row per i") \
+  V(c_fall, PARAM, (m + 1) * q, "real", "1", -0.5, -HYST_INF, HYST_INF, "falling u: weights of B_i |w| w^(j-1)")       \
   V(w_max, PARAM, 1, "real", "1", 1e100, HYST_POSITIVE, 1e100, "bound of |w|")                                         \
-  V(du_max, PARAM, 1, "real", "1", 0.02, HYST_POSITIVE, HYST_INF, "longest step of the integration in u")              \
+  V(du_max, PARAM, 1, "real", "1", 0.02, HYST_POSITIVE, HYST_INF, "longest integration step in u")                     \
   V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at u0")                                                    \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input where w was w0, before the first input")              \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "input that belongs to w0, before the first input")          \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                       \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                     \
-  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input that w_last belongs to")                           \
-  V(w_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at u_last")
+  V(u_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "last input")                                             \
+  V(w_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "w at the last input")
 
 #define MOST_STEPS 10000
 
@@ -44,14 +48,35 @@ static law law_of(const double *a, const double *b, const double *c, int m, int 
   return l;
 }
 
+/* the B-splines at u that are not 0, and their derivatives: numbers first to first + last */
+typedef struct {
+  int first, last;
+  double value[3], rate[3];
+} splines;
+
+static splines splines_at(int m, double u) {
+  const int cells = m < 2 ? 1 : m - 1;
+  const double place = 0.5 * (hyst_clamp(u, -1, 1) + 1) * cells, inside = u > -1 && u < 1 ? 0.5 * cells : 0;
+  const int first = place < cells ? (int)place : cells - 1;
+  const double t = place - first;
+  if (m == 0) return (splines){0, 0, {1}, {0}};
+  if (m == 1) return (splines){0, 1, {1 - t, t}, {-inside, inside}};
+  return (splines){first,
+                   2,
+                   {0.5 * (1 - t) * (1 - t), 0.5 + t * (1 - t), 0.5 * t * t},
+                   {(t - 1) * inside, (1 - 2 * t) * inside, t * inside}};
+}
+
 static double slope(const law *l, double u, double w) {
   const double size = hyst_fabs(w);
+  const splines s = splines_at(l->m, u);
   double f = 0;
-  for (int i = l->m; i >= 0; i--) {
-    const double *b = l->b + (ptrdiff_t)i * l->q, *c = l->c + (ptrdiff_t)i * l->q;
+  for (int k = 0; k <= s.last; k++) {
+    const ptrdiff_t i = s.first + k;
+    const double *b = l->b + i * l->q, *c = l->c + i * l->q;
     double inner = 0;
     for (int j = l->q - 1; j >= 0; j--) inner = inner * w + (b[j] * w + c[j] * size);
-    f = f * u + (l->a[i] + inner);
+    f += s.value[k] * (l->a[i] + inner);
   }
   return f;
 }
@@ -71,7 +96,7 @@ static double way_to_zero(const law *l, double u, double w) {
 
 static double step(const law *l, double u, double w, double h) {
   const double next = runge_kutta(l, u, w, h);
-  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* overflow before the bound */
+  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* the step overflowed before the bound */
   if (!(w * next < 0)) return next;
   const double way = way_to_zero(l, u, w);
   return way * h > 0 && hyst_fabs(way) < hyst_fabs(h) ? runge_kutta(l, u + way, 0, h - way) : next;
@@ -93,7 +118,7 @@ static double advance(law rise, law fall, double w_max, double du_max, double u_
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  return hyst_fabs(*w0) > *w_max ? "w0 must be within w_max, the bound of |w|" : NULL;
+  return hyst_fabs(*w0) > *w_max ? "|w0| must be at most w_max" : NULL;
 }
 HYST_INIT_FN(init) {
   HYST_OPEN_INIT
@@ -113,9 +138,8 @@ HYST_UPDATE_FN(update) {
 }
 
 /* ---- the derivative of the steps ----------------------------------------------------------------------------------
- * The slope of the law at the end would be that of the curve, which the steps follow with order 4.  Where a law is
- * steep and they are long for it, that is off by some tenths of a percent, and not the derivative of what output()
- * answers. */
+ * The slope of the law at the end is the derivative of the exact curve. For steep laws and long steps, it differs by
+ * some tenths of a percent from the derivative of output(). */
 typedef struct {
   double value, tangent;
 } dual;
@@ -130,15 +154,16 @@ static dual times(dual a, dual b) {
 }
 static dual slope_dual(const law *l, dual u, dual w) {
   const dual size = {hyst_fabs(w.value), w.value == 0 ? hyst_fabs(w.tangent) : w.value < 0 ? -w.tangent : w.tangent};
+  const splines s = splines_at(l->m, u.value);
   dual f = {0, 0};
-  for (int i = l->m; i >= 0; i--) {
+  for (int k = 0; k <= s.last; k++) {
+    const ptrdiff_t i = s.first + k;
+    const dual weight = {s.value[k], s.rate[k] * u.tangent};
     dual inner = {0, 0};
-    for (int j = l->q - 1; j >= 0; j--) {
-      const ptrdiff_t at = (ptrdiff_t)i * l->q + j;
-      inner = plus(plus(times(inner, w), l->b[at], w), l->c[at], size);
-    }
-    f = plus(times(f, u), 1, inner);
-    f.value += l->a[i];
+    for (int j = l->q - 1; j >= 0; j--)
+      inner = plus(plus(times(inner, w), l->b[i * l->q + j], w), l->c[i * l->q + j], size);
+    inner.value += l->a[i];
+    f = plus(f, 1, times(weight, inner));
   }
   return f;
 }
@@ -161,7 +186,7 @@ static dual way_to_zero_dual(const law *l, dual u, dual w) {
 }
 static dual step_dual(const law *l, dual u, dual w, dual h) {
   const dual next = runge_kutta_dual(l, u, w, h), zero = {0, 0};
-  if (next.value != next.value) { /* to the bound */
+  if (next.value != next.value) { /* step to the bound */
     const dual beyond = {step(l, u.value, w.value, h.value), 0};
     return beyond;
   }
@@ -187,8 +212,8 @@ HYST_TANGENT_FN(tangent) {
   *t_y = *k * *s_u + w.tangent;
 }
 HYST_BLOCK(duhem,
-           (.text = "Duhem operator with polynomial slopes for rising and falling input",
-            .equation = "dw/du = sum_i u^i (a_i + sum_j (b_ij w^j + c_ij |w| w^(j-1))), y = k u + w",
+           (.text = "Duhem operator with slopes for rising and falling input",
+            .equation = "dw/du = sum_i B_i(u) (a_i + sum_j (b_ij w^j + c_ij |w| w^(j-1))), y = k u + w",
             .source = "Oh & Bernstein 2005; Coleman & Hodgdon 1986 (Duhem's form)", .family = "operators",
             .tolerance = "integration", .rule_error = 1e-4),
            .rate = HYST_HYSTERETIC, .prepare = prepare, .init = init, .output = output, .tangent = tangent,

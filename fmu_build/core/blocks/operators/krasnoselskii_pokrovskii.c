@@ -13,22 +13,22 @@
 #include "core/memory/everett.h"
 #include "core/memory/return_point.h"
 
-#define DIMS(D)                                              \
-  D(n, 4, 1, 1000, "points of the grid; n(n + 1)/2 kernels") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
-#define VARS(V)                                                                                                  \
-  V(lo, FIXED, 1, "real", "=u", -1.0, -HYST_INF, HYST_INF, "input at which the lowest ramp leaves -1")           \
-  V(hi, FIXED, 1, "real", "=u", 1.0, -HYST_INF, HYST_INF, "input at which the highest ramp reaches 1")           \
-  V(w, FIXED, n *(n + 1) / 2, "real", "1", 0.1, -HYST_INF, HYST_INF,                                             \
-    "weights of the kernels (p2, p1) = (0, 0), (1, 0), (1, 1), (2, 0), .., (n - 1, n - 1) in steps from lo")     \
-  V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output for cancelling kernels")                    \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "initial memory: every kernel is as its middle at u0") \
-  V(E, DERIVED, n *(n + 1) / 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "Everett function at the nodes")          \
-  V(virgin, DERIVED, 6 * n, "real", "1", 0.0, -HYST_INF, HYST_INF, "first branch: value at the cell, slope")     \
-  V(kink, DERIVED, 1, "real", "1", 0.0, 0.0, 1.0, "first kink of the first branch in a cell")                    \
-  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "u0 within [lo, hi]")                             \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                 \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                               \
+#define DIMS(D)                                                           \
+  D(n, 4, 1, 1000, "number of grid points; there are n(n + 1)/2 kernels") \
+  D(depth, 256, 4, 100000, "maximum number of stored extrema")
+#define VARS(V)                                                                                                 \
+  V(lo, FIXED, 1, "real", "=u", -1.0, -HYST_INF, HYST_INF, "input at which the lowest ramp leaves -1")          \
+  V(hi, FIXED, 1, "real", "=u", 1.0, -HYST_INF, HYST_INF, "input at which the highest ramp reaches 1")          \
+  V(w, FIXED, n *(n + 1) / 2, "real", "1", 0.1, -HYST_INF, HYST_INF,                                            \
+    "weights of the kernels (p2, p1) = (0, 0), (1, 0), (1, 1), (2, 0), .., (n - 1, n - 1) in steps from lo")    \
+  V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "constant term of the output")                     \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "initial kernels: the mean of their two ramps at u0") \
+  V(E, DERIVED, n *(n + 1) / 2, "real", "1", 0.0, -HYST_INF, HYST_INF, "Everett function at the nodes")         \
+  V(virgin, DERIVED, 6 * n, "real", "1", 0.0, -HYST_INF, HYST_INF, "first branch: values and slopes")           \
+  V(kink, DERIVED, 1, "real", "1", 0.0, 0.0, 1.0, "first kink of the first branch in a cell")                   \
+  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "u0, limited to [lo, hi]")                       \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                              \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
 
 typedef struct {
@@ -92,11 +92,11 @@ HYST_PREPARE_FN(prepare) {
   const double middle = (*origin - *lo) / (*hi - *lo) * (2 * n); /* p1 + p2 of the kernels in the middle, in steps */
   const int whole = middle >= 2 * n ? 2 * n : (int)middle;
   *kink = 0.5 * (middle - whole);
-  double end = all; /* from the right, where all kernels are 1 */
+  double end = all; /* from the right end, where all kernels are 1 */
   for (int i = n - 1; i >= 0; i--)
     for (int k = 2; k >= 0; k--) {
       const double from = k == 0 ? 0 : *kink + 0.5 * (k - 1), to = k == 2 ? 1 : *kink + 0.5 * k;
-      const int rises = 2 * i + k > whole; /* the piece is above u0 */
+      const int rises = 2 * i + k > whole; /* this piece is above u0 */
       const double slope = 2 * (rises ? weights(w, 0, i, within(whole - i + 1 - k, 0, n), i)
                                       : weights(w, 1, i, i, within(whole - i - k, -1, n - 1)));
       double *piece = virgin + 6 * i + 2 * k;

@@ -8,7 +8,7 @@
   V(r, PARAM, n, "real", "=u", 0.1, 0.0, HYST_INF, "half-widths of the plays")   \
   V(z0, FIXED, n, "real", "=u", 0.0, -HYST_INF, HYST_INF, "initial play states") \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                 \
-  V(z, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "plays")                \
+  V(z, OUTPUT, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "outputs of the plays") \
   V(held, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "play states")
 
 HYST_INIT_FN(init) {

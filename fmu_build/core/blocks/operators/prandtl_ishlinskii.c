@@ -6,15 +6,15 @@
 
 #define DIMS(D)                                   \
   D(n, 10, 1, 100000, "number of play operators") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
-#define VARS(V)                                                                                               \
-  V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the linear term")                         \
-  V(r, FIXED, n, "real", "=u", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")           \
-  V(w, FIXED, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the plays")                               \
-  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "initial memory: every play rests at this value")   \
-  V(curve, DERIVED, HYST_PIECEWISE(n), "real", "1", 0.0, -HYST_INF, HYST_INF, "loading curve as prefix sums") \
-  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                              \
-  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                            \
+  D(depth, 256, 4, 100000, "maximum number of stored extrema")
+#define VARS(V)                                                                                                  \
+  V(w0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "weight of the linear term")                            \
+  V(r, FIXED, n, "real", "=u", 0.1, 0.0, HYST_INF, "thresholds (play half-widths), not decreasing")              \
+  V(w, FIXED, n, "real", "1", 0.1, -HYST_INF, HYST_INF, "weights of the plays")                                  \
+  V(u0, FIXED, 1, "real", "=u", 0.0, -HYST_INF, HYST_INF, "initial memory: every play rests at this value of u") \
+  V(curve, DERIVED, HYST_PIECEWISE(n), "real", "1", 0.0, -HYST_INF, HYST_INF, "loading curve as prefix sums")    \
+  V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                 \
+  V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                               \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")
 
 static double slope(const double *curve, int n) {

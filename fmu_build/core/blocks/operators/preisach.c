@@ -10,18 +10,18 @@
 #include "core/memory/everett.h"
 #include "core/memory/return_point.h"
 
-#define DIMS(D)                                       \
-  D(n, 2, 1, 1000, "steps of the grid over [lo, hi]") \
-  D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define DIMS(D)                                          \
+  D(n, 2, 1, 1000, "number of grid steps over [lo, hi]") \
+  D(depth, 256, 4, 100000, "maximum number of stored extrema")
 #define VARS(V)                                                                                                   \
   V(lo, FIXED, 1, "real", "=u", -4.0, -HYST_INF, HYST_INF, "input of negative saturation")                        \
   V(hi, FIXED, 1, "real", "=u", 4.0, -HYST_INF, HYST_INF, "input of positive saturation")                         \
   V(E, FIXED, n *(n + 1) / 2, "real", "1", 1.0, -HYST_INF, HYST_INF,                                              \
     "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))")     \
-  V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "middle of the two saturated outputs")               \
+  V(offset, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "mean of the two saturated outputs")                 \
   V(start, FIXED, 1, "demagnetised|low|high", "1", 0, 0, 2, "initial memory")                                     \
   V(virgin, DERIVED, 2 * n + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "first branch, at half steps of the grid") \
-  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "start of the first branch")                       \
+  V(origin, DERIVED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input at the start of the first branch")          \
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                  \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output")                                                \
   V(memory, STATE, HYST_TURNING_POINTS(depth), "real", "1", 0.0, -HYST_INF, HYST_INF, "dominant extrema of u")

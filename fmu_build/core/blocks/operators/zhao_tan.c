@@ -5,9 +5,9 @@
 #include "core/elementary/elementary.h"
 #include "core/memory/return_point.h"
 
-#define DIMS(D) D(depth, 256, 4, 100000, "extrema that the memory holds")
+#define DIMS(D) D(depth, 256, 4, 100000, "maximum number of stored extrema")
 #define VARS(V)                                                                                                 \
-  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "which extremum a branch starts from")                     \
+  V(memory, FIXED, 1, "dominant|last", "1", 0, 0, 1, "extremum at which a branch starts")                       \
   V(x0, FIXED, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "initial memory: the operator rests at x = x0, h = 0") \
   V(x, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "input")                                                \
   V(h, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "output of the operator")                              \

@@ -5,27 +5,27 @@
 #include "core/elementary/random.h"
 
 #define DIMS(D) D(m, 10, 1, 100000, "number of tones, levels or reversals")
-#define VARS(V)                                                                                                        \
-  V(shape, FIXED, 1, "sine|triangle|decaying_sine|multisine|steps|random_reversals", "1", 0.0, 0.0, 5.0,               \
-    "form of the signal")                                                                                              \
-  V(amplitude, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "factor of the signal")                                \
-  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "added to the signal")                                    \
-  V(frequency, PARAM, 1, "real", "Hz", 1.0, 0.0, 1e12, "of sine, triangle, decaying_sine; half the rate of reversals") \
-  V(phase, PARAM, 1, "real", "rad", 0.0, -1e12, 1e12, "phase of sine, triangle and decaying_sine at time 0")           \
-  V(turn, PARAM, 1, "real", "1", 0.0, 0.0, 1.0, "share of the period of triangle in its turn-arounds, parabolas")      \
-  V(decay, PARAM, 1, "real", "1/s", 0.1, 0.0, 1e12, "decay of decaying_sine: amplitude exp(-decay t)")                 \
-  V(lead, PARAM, 1, "real", "s", 0.0, -1e12, 1e12, "preview of r_lead, dr_lead and ddr_lead")                          \
-  V(f, PARAM, m, "real", "Hz", 1.0, 0.0, 1e12, "frequencies of multisine")                                             \
-  V(a, PARAM, m, "real", "1", 0.1, -HYST_INF, HYST_INF, "amplitudes of multisine")                                     \
-  V(ph, PARAM, m, "real", "rad", 0.0, -1e12, 1e12, "phases of multisine")                                              \
-  V(levels, PARAM, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "levels of steps; the last one stays")                    \
-  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, 1e300, "duration of a level of steps")                               \
-  V(seed, FIXED, 1, "int", "1", 1.0, 0.0, 2147483647.0, "seed of random_reversals")                                    \
-  V(extrema, DERIVED, m + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "levels of random_reversals")                      \
-  V(t, TIME, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "time")                                                         \
-  V(r, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal at the current time")                                 \
-  V(r_lead, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal `lead` seconds ahead")                           \
-  V(dr_lead, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "first derivative of r_lead")                         \
+#define VARS(V)                                                                                                      \
+  V(shape, FIXED, 1, "sine|triangle|decaying_sine|multisine|steps|random_reversals", "1", 0.0, 0.0, 5.0, "waveform") \
+  V(amplitude, PARAM, 1, "real", "1", 1.0, -HYST_INF, HYST_INF, "factor of the waveform")                            \
+  V(offset, PARAM, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "offset of the signal")                                 \
+  V(frequency, PARAM, 1, "real", "Hz", 1.0, 0.0, 1e12,                                                               \
+    "frequency of sine, triangle, decaying_sine; half the rate of random_reversals")                                 \
+  V(phase, PARAM, 1, "real", "rad", 0.0, -1e12, 1e12, "phase of sine, triangle and decaying_sine at time 0")         \
+  V(turn, PARAM, 1, "real", "1", 0.0, 0.0, 1.0, "share of the period of triangle in its parabolic turn-arounds")     \
+  V(decay, PARAM, 1, "real", "1/s", 0.1, 0.0, 1e12, "decay of decaying_sine: amplitude exp(-decay t)")               \
+  V(lead, PARAM, 1, "real", "s", 0.0, -1e12, 1e12, "preview time of r_lead, dr_lead and ddr_lead")                   \
+  V(f, PARAM, m, "real", "Hz", 1.0, 0.0, 1e12, "frequencies of multisine")                                           \
+  V(a, PARAM, m, "real", "1", 0.1, -HYST_INF, HYST_INF, "amplitudes of multisine")                                   \
+  V(ph, PARAM, m, "real", "rad", 0.0, -1e12, 1e12, "phases of multisine")                                            \
+  V(levels, PARAM, m, "real", "1", 1.0, -HYST_INF, HYST_INF, "levels of steps; the last level stays")                \
+  V(T, PARAM, 1, "real", "s", 1.0, HYST_POSITIVE, 1e300, "duration of each level of steps")                          \
+  V(seed, FIXED, 1, "int", "1", 1.0, 0.0, 2147483647.0, "seed of random_reversals")                                  \
+  V(extrema, DERIVED, m + 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "levels of random_reversals")                    \
+  V(t, TIME, 1, "real", "s", 0.0, -HYST_INF, HYST_INF, "time")                                                       \
+  V(r, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal at the current time")                               \
+  V(r_lead, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal `lead` seconds ahead")                         \
+  V(dr_lead, OUTPUT, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "first derivative of r_lead")                       \
   V(ddr_lead, OUTPUT, 1, "real", "1/s2", 0.0, -HYST_INF, HYST_INF, "second derivative of r_lead")
 
 enum { SINE, TRIANGLE, DECAYING_SINE, MULTISINE, STEPS, RANDOM_REVERSALS };
@@ -110,7 +110,7 @@ HYST_OUTPUT_FN(output) {
   }
 }
 HYST_BLOCK(reference,
-           (.text = "Reference signal, with derivatives and preview for a feed-forward",
+           (.text = "Reference signal with derivatives and preview for a feed-forward",
             .equation = "r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead",
             .source = "Zhao & Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014",
             .family = "sources", .tolerance = "rounding"),

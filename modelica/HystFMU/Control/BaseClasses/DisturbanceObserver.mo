@@ -2,7 +2,7 @@
 within HystFMU.Control.BaseClasses;
 partial block DisturbanceObserver "Disturbance observer: subtracts an estimated input disturbance from the command: parameters and ports"
   extends Icons.Block;
-  parameter Integer n(min = 1) = 1 "Steps from a command to its response in y: 1 without delay" annotation (Dialog(group = "Sizes"));
+  parameter Integer n(min = 1) = 1 "Steps from a command to its response in y; 1: no delay" annotation (Dialog(group = "Sizes"));
   parameter Types.Frequency f_n(min = 0) = 1 "Natural frequency of the plant; greater than 0" annotation (Dialog(group = "Dynamics"));
   parameter Real zeta(min = 0) = 0.7 "Damping ratio of the plant" annotation (Dialog(group = "Dynamics"));
   parameter Real gain = 1 "Static gain of the plant, not 0" annotation (Dialog(group = "Gains"));

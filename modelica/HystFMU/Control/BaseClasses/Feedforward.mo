@@ -8,7 +8,7 @@ partial block Feedforward "Feed-forward: inverse of a second-order plant: parame
   Interfaces.RealInput r "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
   Interfaces.RealInput dr(unit = "1/s") "First derivative of r" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput ddr(unit = "1/s2") "Second derivative of r" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
-  Interfaces.RealOutput v "Input of the plant that gives r" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealOutput v "Plant input for the output r" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> v = (r + 2 zeta / omega_n r' + r'' / omega_n<sup>2</sup>) / gain, omega_n = 2 pi f_n.</p>
 <p><b>Source:</b> inverse of G0(s): Yu &amp; Alici 2005 (plant H -&gt; G0).</p>

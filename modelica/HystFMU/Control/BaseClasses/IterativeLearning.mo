@@ -2,10 +2,10 @@
 within HystFMU.Control.BaseClasses;
 partial block IterativeLearning "Iterative learning control: corrections from the errors of earlier periods: parameters and ports"
   extends Interfaces.Controller;
-  parameter Integer n(min = 1) = 20 "Steps in a period of the reference" annotation (Dialog(group = "Sizes"));
-  parameter Real gain = 0 "Learning gain of an error; 0: none" annotation (Dialog(group = "Gains"));
+  parameter Integer n(min = 1) = 20 "Steps per period of the reference" annotation (Dialog(group = "Sizes"));
+  parameter Real gain = 0 "Learning gain; 0: no learning" annotation (Dialog(group = "Gains"));
   parameter Integer lead(min = 0, max = 1000000) = 1 "Steps from a command to its effect" annotation (Dialog(group = "Controller"));
-  parameter Real smooth(min = 0, max = 0.25) = 0 "Weight of each neighbour in the filter; 0: none" annotation (Dialog(group = "Weights"));
+  parameter Real smooth(min = 0, max = 0.25) = 0 "Weight of each neighbour in the filter; 0: no filter" annotation (Dialog(group = "Weights"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));
   annotation (Documentation(info = "<html>

@@ -4,7 +4,7 @@ partial block LeadLag "Lead-lag controller with feed-forward and limits: paramet
   extends Interfaces.Controller;
   parameter Integer n(min = 1) = 1 "Number of sections" annotation (Dialog(group = "Sizes"));
   parameter Real K = 0 "Static gain" annotation (Dialog(group = "Gains"));
-  parameter Types.Time T_z[n](each min = 0) = fill(1.0, n) "Time constants of the zeros: lead above T_p" annotation (Dialog(group = "Dynamics"));
+  parameter Types.Time T_z[n](each min = 0) = fill(1.0, n) "Time constants of the zeros; greater than T_p for a lead" annotation (Dialog(group = "Dynamics"));
   parameter Types.Time T_p[n](each min = 0) = fill(0.1, n) "Time constants of the poles; greater than 0" annotation (Dialog(group = "Dynamics"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));

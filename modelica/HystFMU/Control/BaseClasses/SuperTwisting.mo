@@ -1,12 +1,12 @@
 // generated from the table of fmu_build/core/blocks/controllers/super_twisting.c by `make generate` - do not edit
 within HystFMU.Control.BaseClasses;
-partial block SuperTwisting "Super-twisting sliding mode controller around a feed-forward, with anti-windup: parameters and ports"
+partial block SuperTwisting "Super-twisting sliding mode controller with feed-forward and anti-windup: parameters and ports"
   extends Interfaces.Controller;
   parameter Real lam(unit = "1/s", min = 0) = 100 "Slope of the sliding line" annotation (Dialog(group = "Controller"));
-  parameter Real k_1(min = 0) = 0 "Gain of the square root of s, in s^(1/2)" annotation (Dialog(group = "Gains"));
-  parameter Real k_2(unit = "1/s", min = 0) = 0 "Gain of the integrated switching" annotation (Dialog(group = "Gains"));
-  parameter Real mu(min = 0) = 0 "Weight of the linear terms, in s^(1/2); 0: none" annotation (Dialog(group = "Weights"));
-  parameter Real epsilon(unit = "1/s", min = 0) = 0 "Boundary layer; 0: (10 k_2 / (lam k_1))^2" annotation (Dialog(group = "Controller"));
+  parameter Real k_1(min = 0) = 0 "Gain of |s|^(1/2), in seconds^(1/2)" annotation (Dialog(group = "Gains"));
+  parameter Real k_2(unit = "1/s", min = 0) = 0 "Gain of the integrated switching term" annotation (Dialog(group = "Gains"));
+  parameter Real mu(min = 0) = 0 "Weight of the linear terms, in seconds^(1/2); 0: none" annotation (Dialog(group = "Weights"));
+  parameter Real epsilon(unit = "1/s", min = 0) = 0 "Width of the boundary layer; 0: (10 k_2 / (lam k_1))^2" annotation (Dialog(group = "Controller"));
   parameter Types.Time tau(min = 0) = 0 "Time constant of the filter of de/dt; 0: none" annotation (Dialog(group = "Filters"));
   parameter Real u_min = -1e300 "Lower limit of u" annotation (Dialog(group = "Limits"));
   parameter Real u_max = 1e300 "Upper limit of u" annotation (Dialog(group = "Limits"));

@@ -2,7 +2,7 @@
 within HystFMU.Dynamics.BaseClasses;
 partial block Quantiser "Uniform quantiser of an ADC or DAC: parameters and ports"
   extends Icons.Block;
-  parameter Real q(min = 0) = 0.01 "Distance of two levels, the least significant bit; greater than 0" annotation (Dialog(group = "Dynamics"));
+  parameter Real q(min = 0) = 0.01 "Distance between two levels (least significant bit); greater than 0" annotation (Dialog(group = "Dynamics"));
   parameter Real offset = 0 "One of the levels" annotation (Dialog(group = "Dynamics"));
   Interfaces.RealInput u "Signal" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Nearest level" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));

@@ -2,11 +2,11 @@
 within HystFMU.Dynamics.BaseClasses;
 partial block TransferFunction "Linear transfer function of any order, discretised exactly: parameters and ports"
   extends Icons.Block;
-  parameter Integer na(min = 1) = 1 "Order: degree of the denominator" annotation (Dialog(group = "Sizes"));
+  parameter Integer na(min = 1) = 1 "Degree of the denominator (order)" annotation (Dialog(group = "Sizes"));
   parameter Integer nb(min = 0) = 0 "Degree of the numerator, at most na" annotation (Dialog(group = "Sizes"));
   parameter Real b[nb + 1] = fill(1.0, nb + 1) "Numerator, highest power of s first" annotation (Dialog(group = "Dynamics"));
   parameter Real a[na + 1] = fill(1.0, na + 1) "Denominator, highest power of s first; a[1] not 0" annotation (Dialog(group = "Dynamics"));
-  parameter Types.Start start = Types.Start.rest "Start with zero states, or in equilibrium with the first input" annotation (Dialog(group = "Start"));
+  parameter Types.Start start = Types.Start.rest "Initial states: zero, or in equilibrium with the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

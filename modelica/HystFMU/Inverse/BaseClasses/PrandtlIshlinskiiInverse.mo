@@ -3,16 +3,16 @@ within HystFMU.Inverse.BaseClasses;
 partial block PrandtlIshlinskiiInverse "Exact inverse of the Prandtl-Ishlinskii operator: parameters and ports"
   extends Icons.Inverse;
   parameter Integer n(min = 1) = 10 "Number of play operators" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
   parameter Real w0(min = 0) = 1 "Weight of the linear term, greater than 0" annotation (Dialog(group = "Weights"));
   parameter Real r[n](each min = 0) = fill(0.1, n) "Thresholds (play half-widths), not decreasing" annotation (Dialog(group = "Thresholds"));
   parameter Real w[n] = fill(0.1, n) "Weights of the plays" annotation (Dialog(group = "Weights"));
   parameter Real u0 = 0 "Initial memory: every play rests at this value of u" annotation (Dialog(group = "Start"));
   Interfaces.RealInput y "Wanted output of the operator" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput dy(unit = "1/s") if usesRate "Rate of y; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
-  Interfaces.RealOutput u "Input of the operator that gives y" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealOutput u "Operator input for the output y" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = y.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14.</p>

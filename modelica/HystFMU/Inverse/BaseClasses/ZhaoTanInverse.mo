@@ -2,13 +2,13 @@
 within HystFMU.Inverse.BaseClasses;
 partial block ZhaoTanInverse "Exact inverse of the Zhao-Tan operator: parameters and ports"
   extends Icons.Inverse;
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
   parameter Real x0 = 0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "Start"));
   Interfaces.RealInput h "Wanted output of the operator" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput dh(unit = "1/s") if usesRate "Rate of h; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
-  Interfaces.RealOutput x "Input of the operator that gives h" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealOutput x "Operator input for the output h" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(|h - h_p|), g(d) = (1 - e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci &amp; Kuhnen 2001.</p>

@@ -9,7 +9,7 @@ protected
 equation
   connect(dy, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
-  assert(Functions.leastSlope(w0, w) > 0, "w0 and w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase");
+  assert(Functions.leastSlope(w0, w) > 0, "w0 and w0 + w_1 + ... + w_i must be greater than 0 for every i, so that the loading curve increases");
   when {initial(), change(rising)} then
     extrema = Functions.turn(y, y0, pre(u_turn), pre(extrema));
     u_turn = Functions.prandtlIshlinskiiInverse(y, Functions.branchOrigin(extrema, y0, u0, 2), w0, r, w);

@@ -11,12 +11,12 @@ package KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator as a static 
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = offset + sum_i w_i k_i.</p>
 <p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989.</p>
-<p><b>Limitations:</b> kernels alone stand still after a reversal: where they all do, the last input is kept.</p>
+<p><b>Limitations:</b> after a reversal, the kernels do not change at first; while no kernel changes, the inverse keeps the last input.</p>
 </html>"));
   end step;
 
   annotation (Documentation(info = "<html>
-<p>values = cat(1, {a, offset}, p1, p2, w); state0 = cat(1, {0}, k0).</p>
+<p>values = cat(1, {(hi - lo)/n, offset}, Functions.kernelGrid(n, lo, hi, false), Functions.kernelGrid(n, lo, hi, true), w); state0 = cat(1, {0}, Functions.kernelStart(n, lo, hi, u0)).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.KrasnoselskiiPokrovskii\">Operators.Sampled.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>.</p>
 </html>"));
 end KrasnoselskiiPokrovskii;

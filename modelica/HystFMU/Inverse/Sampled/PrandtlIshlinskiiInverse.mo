@@ -7,7 +7,7 @@ protected
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, y0}, zeros(2*depth)), each fixed = true) "Dominant extrema of y";
 equation
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
-  assert(Functions.leastSlope(w0, w) > 0, "w0 and w0 + w_1 + ... + w_i must be greater than 0 for every i: the loading curve must increase");
+  assert(Functions.leastSlope(w0, w) > 0, "w0 and w0 + w_1 + ... + w_i must be greater than 0 for every i, so that the loading curve increases");
   when sample(t0, Ts) then
     extrema = Functions.turn(y, y0, pre(u), pre(extrema));
     u = Functions.prandtlIshlinskiiInverse(y, Functions.branchOrigin(extrema, y0, u0, 2), w0, r, w);

@@ -1,11 +1,11 @@
 // generated from the table of fmu_build/core/blocks/networks/narx_network.c by `make generate` - do not edit
 within HystFMU.Networks.BaseClasses;
-partial block NarxNetwork "NARX network: one hidden layer on lags of input and output: parameters and ports"
+partial block NarxNetwork "NARX network: one hidden layer with lags of input and output: parameters and ports"
   extends Icons.Block;
-  parameter Integer n_u(min = 1) = 2 "Present input and lags of it, together" annotation (Dialog(group = "Sizes"));
-  parameter Integer n_y(min = 0) = 1 "Lags of the output" annotation (Dialog(group = "Sizes"));
+  parameter Integer n_u(min = 1) = 2 "Number of inputs u_k to u_(k-n_u+1)" annotation (Dialog(group = "Sizes"));
+  parameter Integer n_y(min = 0) = 1 "Number of outputs y_(k-1) to y_(k-n_y)" annotation (Dialog(group = "Sizes"));
   parameter Integer n_hidden(min = 1) = 4 "Number of hidden neurons" annotation (Dialog(group = "Sizes"));
-  parameter Real a[n_u + n_y] = fill(0.1, n_u + n_y) "Linear weights of u_k and older inputs, y_(k-1) and older outputs" annotation (Dialog(group = "Weights"));
+  parameter Real a[n_u + n_y] = fill(0.1, n_u + n_y) "Linear weights of the inputs, then of the outputs" annotation (Dialog(group = "Weights"));
   parameter Real W1[n_hidden*(n_u + n_y)] = fill(0.2, n_hidden*(n_u + n_y)) "Hidden weights, one row per neuron" annotation (Dialog(group = "Weights"));
   parameter Real b1[n_hidden] = fill(0.0, n_hidden) "Hidden biases" annotation (Dialog(group = "Weights"));
   parameter Real W2[n_hidden] = fill(0.1, n_hidden) "Output weights" annotation (Dialog(group = "Weights"));

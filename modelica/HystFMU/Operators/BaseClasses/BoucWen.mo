@@ -8,14 +8,14 @@ partial block BoucWen "Bouc-Wen operator: parameters and ports"
   parameter Real n(min = 1, max = 20) = 1 "Sharpness of the knee" annotation (Dialog(group = "Operator"));
   parameter Real alpha(min = 0, max = 1) = 0.5 "Weight of the linear term" annotation (Dialog(group = "Weights"));
   parameter Real k = 1 "Output gain" annotation (Dialog(group = "Gains"));
-  parameter Real z0 = 0 "Z at u0; within z_max" annotation (Dialog(group = "Operator"));
-  parameter Real u0 = 0 "Input where z was z0, before the first input" annotation (Dialog(group = "Start"));
+  parameter Real z0 = 0 "Z at u0; at most z_max in absolute value" annotation (Dialog(group = "Operator"));
+  parameter Real u0 = 0 "Input that belongs to z0, before the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, 30}, {120, 50}})));
   Interfaces.RealOutput z "Hysteretic part" annotation (Placement(transformation(extent = {{100, -50}, {120, -30}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> z' = A u' - beta |u'| |z|<sup>n-1</sup> z - gamma u' |z|<sup>n</sup>, y = k (alpha u + (1 - alpha) z).</p>
 <p><b>Source:</b> Wen 1976; Ikhouane &amp; Rodellar 2007, ch. 2.</p>

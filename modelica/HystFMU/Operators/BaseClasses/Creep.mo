@@ -5,8 +5,8 @@ partial block Creep "Creep: weighted sum of the input and its first-order lags: 
   parameter Integer n(min = 1) = 1 "Number of lags" annotation (Dialog(group = "Sizes"));
   parameter Real w[n] = fill(1.0, n) "Weights of the lags" annotation (Dialog(group = "Weights"));
   parameter Types.Time T[n](each min = 0) = fill(1.0, n) "Time constants; greater than 0" annotation (Dialog(group = "Dynamics"));
-  parameter Real w0 = 0 "Weight of the input itself" annotation (Dialog(group = "Weights"));
-  parameter Types.Start start = Types.Start.rest "Lags start at 0, or at the first input" annotation (Dialog(group = "Start"));
+  parameter Real w0 = 0 "Weight of the direct input" annotation (Dialog(group = "Weights"));
+  parameter Types.Start start = Types.Start.rest "Initial lags: 0, or the first input" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   annotation (Documentation(info = "<html>

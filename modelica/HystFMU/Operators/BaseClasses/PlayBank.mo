@@ -7,9 +7,9 @@ partial block PlayBank "Bank of play (backlash) operators: parameters and ports"
   parameter Real z0[n] = fill(0.0, n) "Initial play states" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
-  Interfaces.RealOutput z[n] "Plays" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.RealOutput z[n] "Outputs of the plays" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> z_i = max(u - r_i, min(u + r_i, z_i)).</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>

@@ -2,18 +2,18 @@
 within HystFMU.Operators.BaseClasses;
 partial block Preisach "Preisach operator in Everett's form: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Integer n(min = 1) = 2 "Steps of the grid over [lo, hi]" annotation (Dialog(group = "Sizes"));
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
+  parameter Integer n(min = 1) = 2 "Number of grid steps over [lo, hi]" annotation (Dialog(group = "Sizes"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
   parameter Real lo = -4 "Input of negative saturation" annotation (Dialog(group = "Limits"));
   parameter Real hi = 4 "Input of positive saturation" annotation (Dialog(group = "Limits"));
   parameter Real E[div(n*(n + 1), 2)] = fill(1.0, div(n*(n + 1), 2)) "Everett function at (alpha_1, beta_0), (alpha_2, beta_0), (alpha_2, beta_1), .., (alpha_n, beta_(n-1))" annotation (Dialog(group = "Operator"));
-  parameter Real offset = 0 "Middle of the two saturated outputs" annotation (Dialog(group = "Offset"));
+  parameter Real offset = 0 "Mean of the two saturated outputs" annotation (Dialog(group = "Offset"));
   parameter Types.Magnetisation start = Types.Magnetisation.demagnetised "Initial memory" annotation (Dialog(group = "Start"));
   Interfaces.RealInput u "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising, E linear between its grid values.</p>
 <p><b>Source:</b> Mayergoyz, Mathematical Models of Hysteresis 1991, ch. 1; Everett 1955.</p>

@@ -2,14 +2,14 @@
 within HystFMU.Operators.BaseClasses;
 partial block ZhaoTan "Zhao-Tan hysteretic operator: parameters and ports"
   extends Icons.Hysteresis;
-  parameter Integer depth(min = 4) = 16 "Extrema that the memory holds" annotation (Dialog(group = "Memory"));
-  parameter Types.Memory memory = Types.Memory.dominant "Which extremum a branch starts from" annotation (Dialog(group = "Memory"));
+  parameter Integer depth(min = 4) = 16 "Maximum number of stored extrema" annotation (Dialog(group = "Memory"));
+  parameter Types.Memory memory = Types.Memory.dominant "Extremum at which a branch starts" annotation (Dialog(group = "Memory"));
   parameter Real x0 = 0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "Start"));
   Interfaces.RealInput x "Input" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealInput dx(unit = "1/s") if usesRate "Rate of x; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput h "Output of the operator" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) (1 - e<sup>-d</sup>) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 1.</p>

@@ -6,7 +6,7 @@ partial block BoucWenOscillator "Oscillator with a Bouc-Wen force: the hystereti
   parameter Types.Damping c_L(min = 0, max = 1e100) = 10 "Viscous damping" annotation (Dialog(group = "Dynamics"));
   parameter Types.Stiffness k_L(min = 0, max = 1e100) = 50000 "Linear stiffness" annotation (Dialog(group = "Dynamics"));
   parameter Types.Stiffness alpha(min = 0, max = 1e100) = 50000 "Stiffness of the hysteretic force at z = 0" annotation (Dialog(group = "Dynamics"));
-  parameter Real beta(unit = "1/m", min = 0, max = 1e100) = 1000 "Weight of the loop; unit of measure for nu = 1" annotation (Dialog(group = "Weights"));
+  parameter Real beta(unit = "1/m", min = 0, max = 1e100) = 1000 "Weight of the loop (unit of measure valid for nu = 1)" annotation (Dialog(group = "Weights"));
   parameter Real gamma(min = -1e100, max = 1e100) = 0.8 "Shape of the loop" annotation (Dialog(group = "Dynamics"));
   parameter Real delta(min = -1e100, max = 1e100) = -1.1 "Shape of the loop" annotation (Dialog(group = "Dynamics"));
   parameter Real nu(min = 1, max = 20) = 1 "Sharpness of the knee" annotation (Dialog(group = "Dynamics"));

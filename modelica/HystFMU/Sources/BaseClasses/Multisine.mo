@@ -1,11 +1,11 @@
 // generated from the table of fmu_build/core/blocks/sources/reference.c by `make generate` - do not edit
 within HystFMU.Sources.BaseClasses;
-partial block Multisine "Reference signal, with derivatives and preview for a feed-forward: parameters and ports"
+partial block Multisine "Reference signal with derivatives and preview for a feed-forward: parameters and ports"
   extends Icons.Source;
   parameter Integer m(min = 1) = 10 "Number of tones, levels or reversals" annotation (Dialog(group = "Sizes"));
-  parameter Real amplitude = 1 "Factor of the signal" annotation (Dialog(group = "Signal"));
-  parameter Real offset = 0 "Added to the signal" annotation (Dialog(group = "Signal"));
-  parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview of r_lead, dr_lead and ddr_lead" annotation (Dialog(group = "Signal"));
+  parameter Real amplitude = 1 "Factor of the waveform" annotation (Dialog(group = "Signal"));
+  parameter Real offset = 0 "Offset of the signal" annotation (Dialog(group = "Signal"));
+  parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview time of r_lead, dr_lead and ddr_lead" annotation (Dialog(group = "Signal"));
   parameter Types.Frequency f[m](each min = 0, each max = 1e12) = fill(1.0, m) "Frequencies of multisine" annotation (Dialog(group = "Signal"));
   parameter Real a[m] = fill(0.1, m) "Amplitudes of multisine" annotation (Dialog(group = "Signal"));
   parameter Types.Angle ph[m](each min = -1e12, each max = 1e12) = fill(0.0, m) "Phases of multisine" annotation (Dialog(group = "Signal"));

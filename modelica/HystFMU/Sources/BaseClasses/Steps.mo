@@ -1,13 +1,13 @@
 // generated from the table of fmu_build/core/blocks/sources/reference.c by `make generate` - do not edit
 within HystFMU.Sources.BaseClasses;
-partial block Steps "Reference signal, with derivatives and preview for a feed-forward: parameters and ports"
+partial block Steps "Reference signal with derivatives and preview for a feed-forward: parameters and ports"
   extends Icons.Source;
   parameter Integer m(min = 1) = 10 "Number of tones, levels or reversals" annotation (Dialog(group = "Sizes"));
-  parameter Real amplitude = 1 "Factor of the signal" annotation (Dialog(group = "Signal"));
-  parameter Real offset = 0 "Added to the signal" annotation (Dialog(group = "Signal"));
-  parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview of r_lead, dr_lead and ddr_lead" annotation (Dialog(group = "Signal"));
-  parameter Real levels[m] = fill(1.0, m) "Levels of steps; the last one stays" annotation (Dialog(group = "Signal"));
-  parameter Types.Time T(min = 0, max = 1e300) = 1 "Duration of a level of steps; greater than 0" annotation (Dialog(group = "Signal"));
+  parameter Real amplitude = 1 "Factor of the waveform" annotation (Dialog(group = "Signal"));
+  parameter Real offset = 0 "Offset of the signal" annotation (Dialog(group = "Signal"));
+  parameter Types.Time lead(min = -1e12, max = 1e12) = 0 "Preview time of r_lead, dr_lead and ddr_lead" annotation (Dialog(group = "Signal"));
+  parameter Real levels[m] = fill(1.0, m) "Levels of steps; the last level stays" annotation (Dialog(group = "Signal"));
+  parameter Types.Time T(min = 0, max = 1e300) = 1 "Duration of each level of steps; greater than 0" annotation (Dialog(group = "Signal"));
   Interfaces.RealOutput r "Signal at the current time" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
   Interfaces.RealOutput r_lead "Signal lead seconds ahead" annotation (Placement(transformation(extent = {{100, 10}, {120, 30}})));
   Interfaces.RealOutput dr_lead(unit = "1/s") "First derivative of r_lead" annotation (Placement(transformation(extent = {{100, -30}, {120, -10}})));

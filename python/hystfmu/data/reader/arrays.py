@@ -257,6 +257,7 @@ class Format:
 
 _FORMATS = {
     _HDF5: Format("HDF5", "hdf5", "h5py"),
+    b"MATLAB": Format("MAT", "matlab", "scipy"),
     b"\x93NUMPY": Format("npy", "numpy_files", "numpy"),
     PARQUET: Format("parquet", "arrow", "pyarrow"),
     b"ARROW1": Format("feather", "arrow", "pyarrow"),
@@ -291,7 +292,7 @@ def format_of(content: bytes, path: str | Path) -> Format | None:
             f"{path}: The workbook must be in the format xlsx. Got one of Excel 97: save it as xlsx or CSV."
         )
     if content[MATLAB_BLOCK : MATLAB_BLOCK + len(_HDF5)] == _HDF5:
-        return _FORMATS[_HDF5]
+        return _FORMATS[_HDF5]  # a MAT file of version 7.3 is HDF5 after a MATLAB header
     return next((f for start, f in _FORMATS.items() if content.startswith(start)), None)
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 import datetime
 import io
 import json
+import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import IO, Any, NamedTuple
 
@@ -100,6 +101,7 @@ def _text(e: Exception) -> str:
 Told = tuple[list[Found], list[str]]
 INDEX = "__index_level_0__"  # name of a pandas index that has no name
 PARQUET = b"PAR1"
+_NUMBERS = "biufc"  # kinds of types; the reader refuses complex numbers
 MOST_DEPTH = 8
 MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
@@ -209,6 +211,56 @@ def _hdf5_unit(array: Any) -> str:
     return ""
 
 
+def matlab(source: str) -> Told:
+    """Return the arrays of numbers in a MAT file of version 5, read with scipy.
+
+    If the file has fewer than two arrays, the arrays inside its structs and cells are included. In recordings of dSPACE
+    and Simulink, a struct contains a signal and its name, which becomes the name of the array.
+
+    Raises
+    ------
+    ValueError
+        The file contains only objects that are not arrays of numbers.
+    """
+    from scipy.io import loadmat, whosmat
+
+    loaded = loadmat(source, appendmat=False, mat_dtype=True)
+    arrays = {n: a for n, a in loaded.items() if type(a) is np.ndarray and not n.startswith("__")}  # no objects
+    found = [_matlab_array(name, a) for name, a in arrays.items() if a.dtype.kind in _NUMBERS]
+    if sum(math.prod(f.shape) > 1 for f in found) < 2:
+        found += [f for name, a in arrays.items() if a.dtype.kind in "OV" for f in _matlab_inside(name, a)]
+    if not found:
+        name, _, kind = whosmat(source, appendmat=False)[0]
+        raise ValueError(f"{name!r} of class {kind}: save its values as variables, e.g. t = {name}.Time")
+    names = [f.name for f in found]
+    return [f if f.name not in names[:k] else f._replace(name=f"{f.name} #{k}") for k, f in enumerate(found)], []
+
+
+def _matlab_array(name: str, array: np.ndarray, unit: str = "") -> Found:
+    """Return the description of an array, which Simulink stores with the shape 1 x 1 x n."""
+    array = array if array.ndim < 3 else np.squeeze(array)
+    return Found(name, array.shape, array.nbytes, lambda: array, unit)
+
+
+def _matlab_inside(name: str, array: np.ndarray, depth: int = 0) -> Iterator[Found]:
+    """Yield the arrays inside a struct or a cell array, named after their fields."""
+    for k, element in enumerate(array.reshape(-1, order="F")):
+        base = name if array.size == 1 else f"{name}({k + 1})"
+        inner = {key: element[key] for key in array.dtype.names} if array.dtype.names else {"": element}
+        fields = {key: a for key, a in inner.items() if type(a) is np.ndarray and a.size}
+        words = {key.lower(): str(a.flat[0]).strip() for key, a in fields.items() if a.dtype.kind == "U"}
+        title, unit = words.get("name") or words.get("label", ""), words.get("unit", "")
+        for key, a in fields.items():
+            named = f"{base}/{key}" if key else base
+            if a.dtype.kind in "OV":
+                yield from _matlab_inside(named, a, depth + 1) if depth < MOST_DEPTH else ()
+            elif a.dtype.kind in _NUMBERS and key.lower() in ("data", "values"):
+                clock = f"{base[:-2]}/time" if base.endswith("/X") else ""  # dSPACE
+                yield _matlab_array(clock or title or named, a, unit)
+            elif a.dtype.kind in _NUMBERS:
+                yield _matlab_array(named if a.size > 1 else f"{base}@{key}", a)
+
+
 def numpy_files(source: str) -> Told:
     """Return the arrays of numbers or times in an npy or npz file. The array of an npy file has no name.
 
@@ -315,7 +367,7 @@ def _cell(value: Any) -> str:
     return " ".join(str(value).split())
 
 
-PARSERS = {parser.__name__: parser for parser in (arrow, hdf5, numpy_files, tdms, xlsx)}
+PARSERS = {parser.__name__: parser for parser in (arrow, hdf5, matlab, numpy_files, tdms, xlsx)}
 
 if __name__ == "__main__":
     serve(PARSERS[sys.argv[1]], sys.argv[2:])

@@ -28,7 +28,6 @@ from hystfmu.data.dataset import Dataset
 from hystfmu.data.reader.arrays import NAME, Frame, confined, format_of, frame, is_frame
 from hystfmu.data.reader.clock import Clock, clock_of
 from hystfmu.data.reader.delimited import content_of, delimited
-from hystfmu.data.reader.matlab import is_matlab, matlab
 from hystfmu.data.reader.roles import Roles, chosen
 from hystfmu.data.reader.table import Table, split_name
 from hystfmu.data.reversals import resample as resampled
@@ -292,10 +291,8 @@ def table_in(path: str | Path | Frame, decimal: str | None, most: int) -> Table:
     if not isinstance(path, (str, os.PathLike)):
         return frame(path, most)
     content, packed = content_of(path, most)
-    if form := format_of(content, path):  # tested first: a MAT file of version 7.3 is HDF5 after a MATLAB header
+    if form := format_of(content, path):
         return confined(content, form, path, decimal, most)
-    if is_matlab(content):
-        return matlab(content, path, most)
     return delimited(content, path, decimal, packed)
 
 

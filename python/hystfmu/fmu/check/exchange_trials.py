@@ -312,9 +312,7 @@ def scheduled_execution(fmu: ForeignFmu) -> Iterator[str]:
     with fmu.instance("ScheduledExecution") as made:
         made.begin()
         want = _Scheduler(fmu, made).run()
-        made.call("reset", "reset")
-        made.initialize(fmu.t0)
-        made.begin()
+        made.restart(fmu.t0)
         if want != _Scheduler(fmu, made).run():
             yield "after reset the activations of the partitions give other outputs"
     with fmu.instance("ScheduledExecution") as made:

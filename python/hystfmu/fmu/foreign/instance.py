@@ -154,6 +154,12 @@ class Instance:
         told = self.call("initializing", "initialize", *at)
         return told if self.interface == "ModelExchange" else None
 
+    def restart(self, t: float) -> None:
+        """Reset the instance and initialise it at time t (s)."""
+        self.call("reset", "reset")
+        self.initialize(t)
+        self.begin()
+
     def step(self, what: str, t: float, h: float) -> bool:
         """Make a communication step of length h (s) at t (s); return False if the FMU ends the simulation."""
         TALLY["steps"] += 1

@@ -65,7 +65,7 @@ class Continuous:
                 break
             told = None
         else:
-            raise Finding(f"the event iteration does not end: {_MOST_UPDATES} updates each ask for another one")
+            raise Finding(f"the event iteration does not end: {_MOST_UPDATES} updates each request another one")
         self.next = at if defined else math.inf
         if not first and not self.ended:
             self.made.call("entering Continuous-Time Mode", "enterContinuousTimeMode")

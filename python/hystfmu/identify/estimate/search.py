@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,18 @@ class Found:
     def misfit(self) -> float:
         """RMS error, relative to `size` of the `Objective`."""
         return float(np.sqrt(2 * self.cost))
+
+
+class Residuals(Protocol):
+    """Objective of a search."""
+
+    coordinates: Coordinates
+
+    def residuals(self, p: Array) -> Array:
+        """Return the residuals (rows,) at a point p (n,)."""
+
+    def jacobian(self, p: Array) -> Array:
+        """Return the derivatives (rows, n) of the residuals at a point p."""
 
 
 class Differences:
@@ -88,7 +100,7 @@ class Differences:
 
 
 def refined(
-    objective: Objective | Differences,
+    objective: Residuals,
     p: Array,
     evaluations: int,
     tolerance: float = TOLERANCES[1],

@@ -2,7 +2,10 @@
 
 The slope of the output is a function of input, output and direction. Each direction of u has its own coefficients:
 
-  y = c + k u + w, dw/du = sum_{i<=m} u^i (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))).
+  y = c + k u + w, dw/du = sum_{i<=m} B_i(u) (a_i + sum_{j<=q} (b_ij w^j + c_ij |w| w^(j-1))).
+
+B_i are B-splines of the scaled input. With the option `slopes`, the slopes are either polynomials of w or saturating:
+w approaches a bound, see `features.saturating`. The rest of this text applies to polynomials.
 
 For given k and c, w is known at every row, and linear least squares of the increments of w gives the coefficients. The
 increments are taken between neighbouring rows, or over longer monotone pieces if u is noisy. k and c minimise the
@@ -13,6 +16,7 @@ nearly linearly dependent. Source: Oh & Bernstein, IEEE Trans. Autom. Control 50
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,13 +25,18 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Node
+from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.features.plays import DEAD_BAND
+from hystfmu.identify.features.saturating import Level, Path, Problem, Rows, Saturating, started
 from hystfmu.identify.graphs import device, scaled_input, wired
+from hystfmu.model.accuracy import rms
 
-TEXT = "polynomial slopes for rising and falling input, least squares, refined on the free run"
+TEXT = "slopes for rising and falling input, polynomial or saturating, least squares, refined on the free run"
 EVALUATIONS = (60, 30)  # maximum number of evaluations of residuals and Jacobian: for k and c, for all parameters
 STARTS = (0.0, 0.5, 1.0)  # start values of k, relative to the slope of the regression line
 TOLERANCE, STEP = 1e-8, 1e-7  # relative change that ends a search; step of a finite difference
@@ -35,24 +44,33 @@ PIECE = 5.0  # length of a piece of the path, in dead bands; the noise at its en
 CLOSE = 0.05  # RMS error, relative to half the span, below which no further start value is refined
 ROOM = 3.0  # bound of |w|, relative to the largest |w| in the data
 
-CANDIDATES = (Candidate(OPENS, 0.2, 0.5),)
+# saturating slopes: the levels are tried until the error on validation blocks is below NOISE times the noise, or is not
+# below BETTER times the error of the last level
+LEVELS = (Level(20, 0.03, 0.01), Level(20, 0.3, 0.1), Level(40, 0.3, 0.1), Level(80, 0.3, 0.1))
+BETTER, NOISE = 0.95, 1.1
+LEAST_NOISE = 1e-4  # smallest assumed noise, relative to half the span
+SPLIT = 0.02  # smallest change of the scaled input over a piece of the path
+MOST_ROWS = 6000  # maximum number of rows of a fit of saturating slopes; more rows are thinned evenly
+LONGEST = 0.5  # longest step of the integration, relative to the shortest way in which w approaches its bound by 1/e
+
+POLYNOMIAL, SATURATING = "polynomial", "saturating"
+CANDIDATES = (Candidate(OPENS, 0.2, 0.5), Candidate(OPENS, 0.5, 0.4, options={"slopes": SATURATING}))
 OPTIONS = (
-    Option("m", 0, 0, 6, text="degree of the slope dw/du as a polynomial of the input"),
+    Option("slopes", POLYNOMIAL, choices=(POLYNOMIAL, SATURATING), text="slope dw/du as a function of the output"),
+    Option("m", None, 0, 100, text="number of B-splines of the input, less 1; default: 0, of saturating slopes chosen"),
     Option("q", 5, 1, 10, text="degree of the slope dw/du as a polynomial of the output"),
     DEAD_BAND,
 )
-
-Rows = NDArray[np.intp]
 
 
 def basis(u: Array, w: Array, m: int, q: int) -> Array:
     """Return the terms of dw/du at u and w (rows,), shape (rows, (m + 1) (2 q + 1)).
 
-    The terms are the products of u^i, i = 0..m, with 1, w^j and |w| w^(j-1), j = 1..q.
+    The terms are the products of B_i(u), i = 0..m, with 1, w^j and |w| w^(j-1), j = 1..q.
     """
     powers = w[:, None] ** np.arange(q)
     of_w = np.column_stack([np.ones(len(w)), w[:, None] * powers, np.abs(w)[:, None] * powers])
-    of_u = u[:, None] ** np.arange(m + 1)
+    of_u = uniform_splines(u, m + 1)
     return np.asarray((of_u[:, :, None] * of_w[:, None, :]).reshape(len(w), -1))
 
 
@@ -148,13 +166,62 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 
     If one direction has fewer increments than coefficients, an InputError is raised.
     """
-    rows, counted, m, q = data.train, data.counted, options["m"], options["q"]
+    rows, counted = data.train, data.counted
     scaling, gain, shift = scaled_input(data.u[: rows.stop])  # later rows do not affect the training rows
-    u = gain * data.u[: rows.stop] + shift
-    centre, size = float(data.y[counted].mean()), data.span / 2
+    u, centre, size = gain * data.u[: rows.stop] + shift, float(data.y[counted].mean()), data.span / 2
     y = (data.y[rows] - centre) / size
+    fitted = _saturating if options["slopes"] == SATURATING else _polynomial
+    node, offset, count = fitted(data, options, u, y, gain, progress)
+    nodes = [scaling, node, Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset})]
+    return device(data, nodes, wired(nodes)), count
+
+
+def _saturating(
+    data: Dataset, options: Options, u: Array, y: Array, gain: float, progress: Progress
+) -> tuple[Node, float, int]:
+    """Return the operator with saturating slopes, the offset of the output, and the number of parameters."""
+    every, kept, held = fitted_and_held(data, MOST_ROWS)
+    held = held if len(held) else kept
+    sigma = max(noise(y), LEAST_NOISE)
+    n = None if options["m"] is None else int(options["m"]) + 1
+    levels = LEVELS if n is None else [replace(level, splines=n) for level in LEVELS[:2]]
+
+    def problem(rows: Rows, level: Level) -> Problem:
+        return Problem(Path(u, rows), y[rows - data.train.start], level, sigma)
+
+    def fitted(rows: Rows, level: Level, more: list[Saturating]) -> Saturating:
+        p, pieces = problem(rows, level), segments(u[rows], max(SPLIT, PIECE * options["dead_band"] * gain))
+        return p.fitted([*started(u, p.y, rows, pieces, level.splines), *more])
+
+    level, least = levels[0], np.inf
+    found: list[Saturating] = []
+    for i, tried in enumerate(levels):
+        progress(0.6 * i / len(LEVELS))
+        trial = fitted(kept, tried, [each.finer(tried.splines) for each in found])
+        error = rms(problem(held, tried).errors(trial))
+        if not error < BETTER * least:
+            break
+        level, found, least = tried, [trial], error
+        if error < NOISE * sigma:
+            break
+    best = fitted(every, level, found)
+    w = problem(every, level).w(best)
+    by_direction = [
+        s * np.column_stack([r * W, -r, 0 * r]) for s, r, W in zip((1, -1), best.r, best.bound, strict=True)
+    ]
+    theta = [coefficients.ravel() for coefficients in by_direction]
+    node = _node(theta, best.k, best.w0, float(u[0]), ROOM * float(np.abs(w).max()), level.splines - 1, 1)
+    longest = min(LONGEST / float(best.r.max()), float(node.value("du_max")[0]))
+    return node.with_values(du_max=longest), 0.0, len(best.p)
+
+
+def _polynomial(
+    data: Dataset, options: Options, u: Array, y: Array, gain: float, progress: Progress
+) -> tuple[Node, float, int]:
+    """Return the operator with polynomial slopes, the offset of the output, and the number of parameters."""
+    rows, m, q = data.train, int(options["m"] or 0), options["q"]
     kept = np.zeros(len(data.u), dtype=bool)
-    kept[counted] = True
+    kept[data.counted] = True
     kept = kept[rows]
     slopes = _Slopes(u[rows], y, kept, m, q, PIECE * options["dead_band"] * gain)
     if min(map(len, slopes.parts)) < slopes.terms:
@@ -163,7 +230,6 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
             f"{data.path or data.name}: The train rows for duhem with m = {m}, q = {q} must have at least "
             f"{slopes.terms} rows of rising and of falling u. Got {rises} and {falls} instead."
         )
-
     line = np.linalg.lstsq(np.column_stack([u[rows], np.ones(len(y))])[kept], y[kept], rcond=None)[0]
     increments = Differences(lambda p: slopes.solve(p[0], p[1])[2], np.full(2, 0.1), step=STEP)
     tries = []
@@ -182,12 +248,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
             break
     start, found = min(results, key=lambda pair: pair[1].cost)
     now, slope, offset, w0 = start.parts(found.p)
-    nodes = [
-        scaling,
-        _node(now, slope, w0, float(u[0]), start.w_max, m, q),
-        Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": centre + size * offset}),
-    ]
-    return device(data, nodes, wired(nodes)), len(found.p)
+    return _node(now, slope, w0, float(u[0]), start.w_max, m, q), offset, len(found.p)
 
 
 KINDS = {"duhem": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(1700.0, "q"))}

@@ -9,6 +9,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
+from hystfmu.graph.splines import uniform_splines
 from hystfmu.modelica import classes
 from hystfmu.modelica.actuator.slot import Slot, left_out, limits, numbers, value
 from hystfmu.modelica.literals import array, number
@@ -52,8 +53,10 @@ def _slope(node: Node, x: Array, w: Array, way: str) -> Array:
     """Return dw/dx of a Duhem operator for a rising or falling input. `x`, `w` and the result have the same shape."""
     a = node.value(f"a_{way}")
     b, c = (np.reshape(node.value(f"{key}_{way}"), (len(a), -1)) for key in "bc")
-    val = np.polynomial.polynomial.polyval2d
-    return np.polynomial.polynomial.polyval(x, a) + w * val(x, w, b) + np.abs(w) * val(x, w, c)
+    v = w.reshape(-1, 1)
+    powers = v ** np.arange(b.shape[1])
+    of_w = a + (v * powers) @ b.T + (np.abs(v) * powers) @ c.T
+    return np.asarray(np.sum(uniform_splines(x.ravel(), len(a)) * of_w, axis=1).reshape(np.shape(w)))
 
 
 MOST_FIELD = 3.0  # largest scaled field in the fits: half of the range is 1, and the bias is at most 2

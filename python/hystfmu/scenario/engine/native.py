@@ -54,7 +54,7 @@ class GraphUnit:
             for reference, j in zip(self.vr_in.tolist(), self.source.tolist(), strict=True):
                 self.executor.set(reference, values[j])
         except InputError as e:
-            raise Stopped(f"{self.name} refuses its inputs: {e}") from None
+            raise Stopped(f"{self.name} reports an error of its inputs: {e}") from None
         self.executor.start(0.0)
         first = self._system.parts[self._first].first
         values[first : first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]

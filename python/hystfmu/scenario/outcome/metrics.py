@@ -250,7 +250,7 @@ class Measure:
             return value
         stroke = m.stroke if m.stroke is not None else self._span.width
         if stroke == 0:
-            raise InputError(f"the stroke is zero: {m.against} does not move; give 'stroke'")
+            raise InputError(f"the stroke is zero: {m.against} is constant; state 'stroke'")
         return 100 * value / stroke
 
 
