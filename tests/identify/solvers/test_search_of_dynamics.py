@@ -11,9 +11,9 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, uncertainty, unknown
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, unknown
 from hystfmu.identify.estimate.search import Differences, standard_errors
-from hystfmu.identify.estimate.weighted import Weighted
+from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band

@@ -26,10 +26,10 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Built, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, told
-from hystfmu.identify.estimate.dynamics import search as search_dynamics
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, search, standard_errors
 from hystfmu.identify.estimate.weighted import Weighted
+from hystfmu.identify.estimate.weighted import search as search_dynamics
 from hystfmu.identify.graphs import device, wired
 
 MOST_ROWS = 5000  # maximum number of rows in the first two stages; more rows are thinned evenly after the simulation

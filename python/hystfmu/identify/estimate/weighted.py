@@ -1,4 +1,4 @@
-"""Weighted sum of signals before linear dynamics: the weights are fitted for each trial of the dynamics.
+"""Search for linear dynamics after a weighted sum of signals, whose weights are fitted for each trial of the dynamics.
 
 The derivatives of the residuals with respect to the dynamics are those of Kaufman (see `objective`): they need one
 filtered signal per parameter, the weighted sum.
@@ -7,17 +7,30 @@ filtered signal per parameter, the weighted sum.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
-from hystfmu.identify.estimate.dynamics import Beside, Dynamics
-from hystfmu.identify.estimate.search import Differences
+from hystfmu.data.reversals import noise
+from hystfmu.identify.catalogue import Options
+from hystfmu.identify.estimate.dynamics import Beside, Dynamics, bounds
+from hystfmu.identify.estimate.search import Differences, refined, standard_errors
+
+if TYPE_CHECKING:
+    from hystfmu.identify.evidence import Evidence
 
 RATED = 1500  # minimum number of rows on which start points are compared; more rows are thinned evenly
 DEPENDENT = 1e-10  # relative singular value of normalised columns below which a combination counts as dependent
+MOST_ROWS = 60_000  # maximum number of rows of a record whose modes are identified before the fit
+TRIALS = 11  # number of start values of f_n, over at most four decades
+MOST_EVALUATIONS = 40  # maximum number of evaluations of residuals and Jacobian per start value
+TOLERANCE = 1e-9  # relative change that ends a search
+NOISY = 1.05  # ratio of residuals to noise up to which a further start point cannot reduce the residuals
+
+_SHOWN: dict[tuple[str | int, ...], Evidence] = {}
 
 
 class Weighted:
@@ -69,3 +82,76 @@ class Weighted:
             return np.asarray(self.project(Dynamics.at(p, h, beside))[0] / size)
 
         return Differences(residuals, np.ones(len(limits[0])), limits, held=held)
+
+
+def search(
+    weighted: Weighted, data: Dataset, options: Options, progress: Progress, near: Dynamics | None = None
+) -> Dynamics:
+    """Return the dynamics that minimise the residuals, by trust-region steps from `near`.
+
+    Without `near`, the search begins at the best start point of a grid of natural frequencies. If the residuals then
+    exceed the noise, it also begins at the best other start point: a point of the grid, or the modes that the record
+    shows.
+    """
+    h, (lo, hi) = data.h, bounds(data, options)
+    rough = weighted.thinned()
+
+    def problem(of: Weighted, beside: Beside) -> Differences:
+        return of.differences(beside, (np.append(lo, -np.ones(len(beside))), np.append(hi, np.ones(len(beside)))))
+
+    def rated(start: tuple[Array, Beside]) -> float:
+        at = problem(rough, start[1])
+        return float(np.sum(at.residuals(at.coordinates.inside(_point(*start))) ** 2))
+
+    def refine(start: tuple[Array, Beside]) -> tuple[float, Dynamics]:
+        found = refined(problem(weighted, start[1]), _point(*start), MOST_EVALUATIONS, TOLERANCE)
+        return found.misfit, Dynamics.at(found.p, h, start[1])
+
+    if near is not None:
+        return refine((near.point(h), near.beside))[1]
+    grid = np.linspace(hi[0], max(lo[0], hi[0] + np.log(1e-4)), TRIALS)
+    starts: list[tuple[Array, Beside]] = [(np.array([f, np.log(0.7), d]), ()) for f in grid for d in (0.0, 2.0)]
+    first, second, *_ = sorted(starts, key=rated)
+    progress(0.3)
+    found = refine(first)
+    progress(0.65)
+    if found[0] * data.span > NOISY * noise(data.y[data.counted]):
+        # a lightly damped resonance can lie between two frequencies of the grid
+        shown: list[tuple[Array, Beside]] = [(mode.point(h), mode.beside) for mode in _modes(data)]
+        found = min(found, refine(min([second, *shown], key=rated)), key=lambda f: f[0])
+    progress(1.0)
+    return found[1]
+
+
+def _point(p: Array, beside: Beside) -> Array:
+    return np.append(p, [share for *_, share in beside])
+
+
+def _modes(data: Dataset) -> list[Dynamics]:
+    """Return start points of the search: dynamics with each mode that the record shows, and with all modes.
+
+    For a record with more than `MOST_ROWS` rows, there are no such start points.
+    """
+    if len(data.u) > MOST_ROWS:
+        return []
+    from hystfmu.identify.evidence import evidence  # imports scipy.signal, which takes long
+
+    key = tuple(data.identity)
+    if (shown := _SHOWN.get(key)) is None:  # candidates of ``auto`` and folds share a record
+        shown = evidence(data)
+        _SHOWN.clear()
+        _SHOWN[key] = shown
+    late = shown.delay if np.isfinite(shown.delay_se) else 0.0
+    found = [Dynamics(m.f_n, m.zeta, late) for m in shown.modes]
+    if len(shown.modes) > 1:
+        total = sum(m.share for m in shown.modes)
+        first, *others = sorted(shown.modes, key=lambda m: -m.share)
+        found.append(Dynamics(first.f_n, first.zeta, late, tuple((m.f_n, m.zeta, m.share / total) for m in others)))
+    return found
+
+
+def uncertainty(weighted: Weighted, g: Dynamics, data: Dataset, options: Options) -> Array:
+    """Return the standard errors (3,) of ln f_n, ln zeta and the delay (samples) of the identified dynamics `g`."""
+    lo, hi = bounds(data, options)
+    near, p = weighted.differences(g.beside, (lo, hi)), np.clip(g.point(data.h), lo, hi)
+    return standard_errors(near.residuals(p), near.jacobian(p), ~near.coordinates.at_bounds(p))

@@ -35,8 +35,8 @@ from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, LAGS, Built, Candidate, Memory, Option, Options, Row
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, search, told, uncertainty
-from hystfmu.identify.estimate.weighted import Weighted
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told
+from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option, with_plays
 from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
