@@ -1,7 +1,5 @@
 """Modelica classes from the C tables: a partial block for each block of the C core, and enumerations."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from generator.declarations import dim, equation, information, link, parameter, ports, rate_port
