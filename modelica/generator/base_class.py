@@ -101,7 +101,7 @@ class BaseClass:
         found = [
             f"<b>Equation:</b> {equation(self.block.equation)}.",
             f"<b>Source:</b> {escape(self.block.source, quote=False)}.",
-            "<b>Limitations:</b> those of the classes that extend it.",
+            "<b>Limitations:</b> see the classes that extend it.",
         ]
         if shown:
             found.append(f"<b>Example:</b> {', '.join(map(link, shown[:1]))}.")
