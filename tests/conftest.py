@@ -1,6 +1,7 @@
-"""Fixtures of the whole suite: where measured data lies (never part of the repository)."""
+"""Measured data (never part of the repository), and the cases of a grid that run by default."""
 
 import os
+import random
 from pathlib import Path
 
 import pytest
@@ -19,3 +20,23 @@ def measured() -> Path:
     if not folder.is_dir():
         pytest.skip(f"measured data not found in {folder}; set HYSTFMU_DATA")
     return folder
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the cases of a test with the marker `some(n)` as stress, except n cases, drawn anew in each parallel run.
+
+    The processes of one run draw the same. In `make stress` every case has the mark.
+    """
+    grids: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("some"):
+            grids.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID", "")
+    for name, cases in grids.items():
+        short = [case for case in cases if not case.get_closest_marker("stress")]
+        n = cases[0].get_closest_marker("some").args[0] if config.getoption("markexpr") == "not stress" else 0  # type: ignore[union-attr]
+        kept = random.Random(run + name).sample(short, min(n, len(short)))
+        for case in cases:
+            if case not in kept:
+                case.add_marker(pytest.mark.stress)

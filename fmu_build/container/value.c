@@ -9,18 +9,16 @@
 #include "fmi2FunctionTypes.h"
 #include "fmi3FunctionTypes.h"
 
-static const value_type FMI2[] = {{'d', sizeof(fmi2Real), "Real", 0, 0},
-                                  {'i', sizeof(fmi2Integer), "Integer", -0x1p31, 0x1p31},
-                                  {'?', sizeof(fmi2Boolean), "Boolean", 0, 0},
-                                  {'s', sizeof(fmi2String), "String", 0, 0}};
+static const value_type FMI2[] = {{'d', sizeof(fmi2Real), "Real"},
+                                  {'i', sizeof(fmi2Integer), "Integer"},
+                                  {'?', sizeof(fmi2Boolean), "Boolean"},
+                                  {'s', sizeof(fmi2String), "String"}};
 static const value_type FMI3[] = {
-    {'d', sizeof(fmi3Float64), "Float64", 0, 0},        {'f', sizeof(fmi3Float32), "Float32", 0, 0},
-    {'b', sizeof(fmi3Int8), "Int8", -0x1p7, 0x1p7},     {'B', sizeof(fmi3UInt8), "UInt8", 0, 0x1p8},
-    {'h', sizeof(fmi3Int16), "Int16", -0x1p15, 0x1p15}, {'H', sizeof(fmi3UInt16), "UInt16", 0, 0x1p16},
-    {'i', sizeof(fmi3Int32), "Int32", -0x1p31, 0x1p31}, {'I', sizeof(fmi3UInt32), "UInt32", 0, 0x1p32},
-    {'q', sizeof(fmi3Int64), "Int64", -0x1p63, 0x1p63}, {'Q', sizeof(fmi3UInt64), "UInt64", 0, 0x1p64},
-    {'?', sizeof(fmi3Boolean), "Boolean", 0, 0},        {'s', sizeof(fmi3String), "String", 0, 0},
-    {'e', sizeof(fmi3Int64), "Int64", -0x1p31, 0x1p31}};
+    {'d', sizeof(fmi3Float64), "Float64"}, {'f', sizeof(fmi3Float32), "Float32"}, {'b', sizeof(fmi3Int8), "Int8"},
+    {'B', sizeof(fmi3UInt8), "UInt8"},     {'h', sizeof(fmi3Int16), "Int16"},     {'H', sizeof(fmi3UInt16), "UInt16"},
+    {'i', sizeof(fmi3Int32), "Int32"},     {'I', sizeof(fmi3UInt32), "UInt32"},   {'q', sizeof(fmi3Int64), "Int64"},
+    {'Q', sizeof(fmi3UInt64), "UInt64"},   {'?', sizeof(fmi3Boolean), "Boolean"}, {'s', sizeof(fmi3String), "String"},
+    {'e', sizeof(fmi3Int64), "Int64"}};
 
 const value_type *value_type_of(char letter, int fmi) {
   const value_type *list = fmi == 2 ? FMI2 : FMI3;
@@ -29,6 +27,15 @@ const value_type *value_type_of(char letter, int fmi) {
     if (list[k].letter == letter) return list + k;
   return NULL;
 }
+
+static int is_signed(const value_type *t) { return t->letter >= 'a'; }
+/* whole numbers lie below it; an enumeration has 32 bits, as in `carried.py` */
+static double above(const value_type *t) {
+  double limit = 1;
+  for (size_t k = is_signed(t); k < (t->letter == 'e' ? 32 : 8 * t->size); k++) limit *= 2;
+  return limit;
+}
+static int fits(const value_type *t, double x) { return x >= (is_signed(t) ? -above(t) : 0) && x < above(t); }
 
 /* to the nearest whole number, halves to the even one, without libm */
 static double rounded(double x) {
@@ -61,7 +68,7 @@ int value_from_double(const value_type *t, double x, void *to) {
       return 0;
     default:
       x = rounded(x);
-      if (!(x >= t->low && x < t->above)) return 1;
+      if (!fits(t, x)) return 1;
       store(t, x < 0 ? (uint64_t)(int64_t)x : (uint64_t)x, to);
       return 0;
   }
@@ -105,5 +112,5 @@ int value_from_text(const value_type *t, const char *word, void *to) {
   }
   const long long v = strtoll(word, &end, 10);
   store(t, (uint64_t)v, to);
-  return *end || errno || !((double)v >= t->low && (t->letter == 'q' || (double)v < t->above));
+  return *end || errno || !(t->letter == 'q' || fits(t, (double)v));
 }

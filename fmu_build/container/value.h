@@ -9,8 +9,7 @@
 typedef struct {
   char letter;
   size_t size;
-  const char *name;  /* of its functions: Set<name>, Get<name> */
-  double low, above; /* of whole numbers: low <= x < above; an enumeration has 32 bits, as in `carried.py` */
+  const char *name; /* of its functions: Set<name>, Get<name> */
 } value_type;
 
 /* NULL if this version of FMI has no such type */

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #ifndef HYST_BLOCKS /* a source FMU contains only the blocks of its graph */
-/* every word is one line and no line depends on another, so that a new word at any place adds one line */
+/* every word has its own line, so that a new word adds one line at any place */
 /* clang-format off */
 #define HYST_BLOCKS(B) \
   B(adaptive_inverse) \
@@ -33,6 +33,8 @@
   B(jiles_atherton) \
   B(krasnoselskii_pokrovskii) \
   B(lead_lag) \
+  B(lugre) \
+  B(maxwell_slip_oscillator) \
   B(mlp) \
   B(modes) \
   B(narx_network) \
@@ -56,7 +58,7 @@
   B(zhao_tan) \
   B(zhao_tan_inverse) \
   B(zhao_tan_inverse_reconstructed) \
-  /* the end */
+  /* end of the list */
 /* clang-format on */
 #endif
 

@@ -92,7 +92,7 @@ typedef struct {
 } hyst_change;
 typedef struct {
   int64_t n, dense;
-  const hyst_change *const *changes; /* of parameter row v, derived ones included: from changes[v] to changes[v + 1] */
+  const hyst_change *const *changes; /* of parameter row v, also derived rows: from changes[v] to changes[v + 1] */
   const double *u;
   double *x, *y;
 } hyst_columns;
@@ -100,7 +100,7 @@ typedef struct {
 typedef struct {
   const char *text, *equation, *source;
   const char *family;                     /* the folder of the file */
-  const char *inverts, *invert_condition; /* the block that it inverts exactly, and the condition; or NULL */
+  const char *inverts, *invert_condition; /* block that this block inverts exactly, and the condition; or NULL */
   const char *tolerance; /* accuracy of update() and output(): "rounding"; "iteration" of a root to rounding;
                           * "integration" by a rule */
   const char *hold;      /* the input within a step, if it is not "zoh" and no parameter of this name states it */
@@ -112,7 +112,7 @@ typedef struct {
   void (*sensitivity)(const int *dim, const double *p, double *x, const double *u, double dt,
                       const hyst_columns *columns);
   int derives;             /* it takes the changes of derived values; else init() must read none of these */
-  const char *differences; /* a parameter whose columns are left to differences, or NULL */
+  const char *differences; /* parameter whose derivatives are differences, or NULL */
 } hyst_told;
 
 typedef struct hyst_block {
@@ -127,11 +127,11 @@ typedef struct hyst_block {
   const hyst_var *vars;
   int64_t (*size)(const int *dim, int var);                     /* elements of a variable */
   const char *(*prepare)(const int *dim, double *p, double dt); /* NULL, or an error of the parameters */
-  void (*init)(const int *dim, const double *p, double *x);     /* or NULL: the start values of the table */
+  void (*init)(const int *dim, const double *p, double *x); /* NULL: the states keep the start values of the table */
   void (*output)(const int *dim, const double *p, const double *x, const double *u, double *y);
   void (*deriv)(const int *dim, const double *p, const double *x, const double *u, double *dx);
   void (*update)(const int *dim, const double *p, double *x, const double *u, double dt);
-  int (*feedthrough)(const int *dim, const double *p); /* does y depend on the current u?  NULL: yes */
+  int (*feedthrough)(const int *dim, const double *p); /* 1: y depends on the current u; NULL: it does */
   /* Tangent (directional derivative): du of the inputs and dx of the CSTATEs -> dy of output(), ddx of deriv(); exact
    * for the current memory; at a kink one-sided, in the direction of the seed.  NULL: all zero. */
   void (*tangent)(const int *dim, const double *p, const double *x, const double *u, const double *du, const double *dx,
@@ -196,7 +196,7 @@ typedef struct hyst_block {
 #define HYST_SEES_CSTATE  HYST_X, HYST_DX,   HYST_X_OUT, HYST_X_OUT, HYST_HIDE,  HYST_HIDE, HYST_TX, HYST_SX
 #define HYST_SEES_STATE   HYST_X, HYST_X,    HYST_X_OUT, HYST_X_OUT, HYST_HIDE,  HYST_HIDE, HYST_X,  HYST_SX
 /* clang-format on */
-#define HYST_SEEN(column, ...) column(__VA_ARGS__) /* the row is several arguments only after its expansion */
+#define HYST_SEEN(column, ...) column(__VA_ARGS__) /* after its expansion, the row consists of several arguments */
 #define HYST_1(a, ...) a
 #define HYST_2(a, b, ...) b
 #define HYST_3(a, b, c, ...) c
@@ -269,20 +269,20 @@ typedef struct hyst_block {
 
 /* The end of a block file: HYST_BLOCK(name, (.text = ..., .family = ...), .rate = ..., .output = ...). */
 #define HYST_BRACED(...) {__VA_ARGS__}
-#define HYST_BLOCK(id, facts, ...)                                                                        \
-  static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                   \
-  static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){"", 0, 0, 0, HYST_TOLD("")}}; /* may be none */ \
-  HYST_COLD static int64_t id##_size(const int *dim_, int var_) {                                         \
-    DIMS(HYST_DIM_LOCAL64)                                                                                \
-    const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                         \
-    (void)dim_;                                                                                           \
-    return size[var_];                                                                                    \
-  }                                                                                                       \
-  const hyst_block hyst_##id = {.name = #id,                                                              \
-                                .n_dims = sizeof id##_dims / sizeof *id##_dims - 1,                       \
-                                .dims = id##_dims,                                                        \
-                                .n_vars = sizeof id##_vars / sizeof *id##_vars,                           \
-                                .vars = id##_vars,                                                        \
-                                .size = id##_size,                                                        \
+#define HYST_BLOCK(id, facts, ...)                                                                         \
+  static const hyst_var id##_vars[] = {VARS(HYST_ROW)};                                                    \
+  static const hyst_dim id##_dims[] = {DIMS(HYST_DIM_ROW){"", 0, 0, 0, HYST_TOLD("")}}; /* may be empty */ \
+  HYST_COLD static int64_t id##_size(const int *dim_, int var_) {                                          \
+    DIMS(HYST_DIM_LOCAL64)                                                                                 \
+    const int64_t size[] = {VARS(HYST_SIZE_ROW)};                                                          \
+    (void)dim_;                                                                                            \
+    return size[var_];                                                                                     \
+  }                                                                                                        \
+  const hyst_block hyst_##id = {.name = #id,                                                               \
+                                .n_dims = sizeof id##_dims / sizeof *id##_dims - 1,                        \
+                                .dims = id##_dims,                                                         \
+                                .n_vars = sizeof id##_vars / sizeof *id##_vars,                            \
+                                .vars = id##_vars,                                                         \
+                                .size = id##_size,                                                         \
                                 HYST_TOLD(.told = HYST_BRACED facts, ) __VA_ARGS__};
 #endif

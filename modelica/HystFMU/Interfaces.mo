@@ -5,12 +5,12 @@ package Interfaces "Ports and partial blocks"
   connector RealInput = input Real "Input signal"
     annotation (
       Icon(graphics = {Polygon(points = {{-100, 100}, {100, 0}, {-100, -100}}, lineColor = {0, 0, 127}, fillColor = {0, 0, 127}, fillPattern = FillPattern.Solid)}),
-      Documentation(info = "<html><p>Connects to every causal Real connector, those of the Modelica Standard Library included.</p></html>"));
+      Documentation(info = "<html><p>Can be connected to every causal Real connector, also of the Modelica Standard Library.</p></html>"));
 
   connector RealOutput = output Real "Output signal"
     annotation (
       Icon(graphics = {Polygon(points = {{-100, 100}, {100, 0}, {-100, -100}}, lineColor = {0, 0, 127}, fillColor = {255, 255, 255}, fillPattern = FillPattern.Solid)}),
-      Documentation(info = "<html><p>Connects to every causal Real connector, those of the Modelica Standard Library included.</p></html>"));
+      Documentation(info = "<html><p>Can be connected to every causal Real connector, also of the Modelica Standard Library.</p></html>"));
 
   connector Pin "Electrical pin"
     Types.Voltage v "Potential";
@@ -36,12 +36,12 @@ package Interfaces "Ports and partial blocks"
       Documentation(info = "<html><p>The same quantities as the heat ports of Modelica.Thermal.HeatTransfer, with which it can be connected.</p></html>"));
   end HeatPort;
 
-  partial block Sampled "Block that acts at the start of the simulation and every Ts from there"
+  partial block Sampled "Block that acts at the start of the simulation and then every Ts"
     extends Icons.Sampled;
     parameter Types.Time Ts(min = 1e-12) = 1e-3 "Sample period: the communication step of the unit" annotation (Dialog(group = "Sampling"));
   protected
     parameter Types.Time t0(fixed = false) "Start of the simulation";
-    Boolean begun(start = false, fixed = true) "Has a sample been taken? pre(begun) is false at the first one alone";
+    Boolean begun(start = false, fixed = true) "False only before the first sample";
   initial equation
     t0 = time;
   equation
@@ -49,46 +49,46 @@ package Interfaces "Ports and partial blocks"
       begun = true;
     end when;
     annotation (Documentation(info = "<html>
-<p>Inputs are read at t0 + k Ts, t0 the start of the simulation, whatever it is; outputs are held until t0 + (k + 1) Ts. The instant t0 is the initialisation. The block is the unit of the same name stepped with Ts.</p>
-<p><b>Limitation:</b> blocks in one chain must have the same Ts; extrema of an input between two samples are not seen.</p>
+<p>The block reads its inputs at t0 + k Ts, where t0 is any start time of the simulation, and holds its outputs until t0 + (k + 1) Ts. At t0 it is initialised. The block behaves like the unit of the same name with the step Ts.</p>
+<p><b>Limitation:</b> blocks in series must have the same Ts; extrema of an input between two samples have no effect.</p>
 </html>"));
   end Sampled;
 
-  partial block Reversals "Block whose memory changes where its input turns, and there only"
+  partial block Reversals "Block whose memory changes only at reversals of its input"
     extends Icons.Events;
-    parameter Real eps(unit = "1/s", min = 0) = 1e-9 "Rate of the input that is not yet a reversal" annotation (Dialog(group = "Realisation"));
+    parameter Real eps(unit = "1/s", min = 0) = 1e-9 "Largest rate of the input that is treated as zero" annotation (Dialog(group = "Realisation"));
   protected
-    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port" annotation (Placement(transformation(extent = {{-90, -80}, {-70, -60}})));
-    Boolean rising(start = true, fixed = true) "Direction of the input; a plateau keeps it";
+    RealInput rate(unit = "1/s") "Rate of the input, from the conditional port" annotation (Placement(transformation(extent = {{-90, -80}, {-70, -60}})));
+    Boolean rising(start = true, fixed = true) "True if the input rises; a plateau does not change it";
   equation
     rising = rate > eps or (pre(rising) and not rate < -eps);
     annotation (Documentation(info = "<html>
-<p><b>Equation:</b> rising = rate &gt; eps or (pre(rising) and not rate &lt; -eps): one event for each reversal, none on a plateau. In between, the output is a closed form of the input: exact whatever the solver's step.</p>
-<p><b>Limitation:</b> only the sign of the rate is used. An input that jumps does not show its reversal in its rate: a jump must be a ramp. At a corner of the input the turning point is its value at the event, which a tool may place a rounding error of the time late. Two reversals within one step of the solver go unseen: rumoca 0.10.2 looks at the rate at the output interval.</p>
+<p><b>Equation:</b> rising = rate &gt; eps or (pre(rising) and not rate &lt; -eps): there is one event per reversal and no event on a plateau. Between events, the output is a closed form of the input, exact for any step of the solver.</p>
+<p><b>Limitation:</b> only the sign of the rate is used. If the input jumps, its rate does not show the reversal; replace a jump by a ramp. At a corner of the input, the stored extremum is the value at the event, which may be late by a rounding error of the time. Two reversals within one step of the solver are missed; rumoca 0.10.2 evaluates the rate only at output points.</p>
 </html>"));
   end Reversals;
 
   partial block Rated "Block that needs the rate of its input"
     extends Icons.Smooth;
   protected
-    RealInput rate(unit = "1/s") "Rate of the input; connected to the conditional port" annotation (Placement(transformation(extent = {{-90, -80}, {-70, -60}})));
+    RealInput rate(unit = "1/s") "Rate of the input, from the conditional port" annotation (Placement(transformation(extent = {{-90, -80}, {-70, -60}})));
     Real followed(start = 0, fixed = true) "Integral of the rate";
   equation
-    // while every play rests, nothing else tells the solver that the input moves: it would step over the next motion
+    // this state shows the solver the motion of the input while all plays rest
     der(followed) = rate;
     annotation (Documentation(info = "<html>
-<p>An ordinary differential equation without events, driven by the rate of its input. The rate comes from a source, from a state equation, or from Dynamics.RateFilter; no input is differentiated.</p>
+<p>The block is an ordinary differential equation without events; its input is the rate. A source, a state equation or Dynamics.RateFilter provides the rate. No input is differentiated.</p>
 </html>"));
   end Rated;
 
-  partial block InChain "Block with states that can start from what stands in front of it"
+  partial block InChain "Block whose states can start in equilibrium with the preceding block"
     extends Icons.Smooth;
-    parameter Boolean inChain = false "Behind an operator with events, and no loop leads from y back to u" annotation (Evaluate = true, Dialog(group = "Start"));
+    parameter Boolean inChain = false "True if the block follows an operator with events and no loop leads from y to u" annotation (Evaluate = true, Dialog(group = "Start"));
   protected
-    Real first "From what the states start in a chain";
-    discrete Real taken(start = 0, fixed = true) "Its value at the start; 0 where the states have initial equations";
-    Integer pass(start = 0, fixed = true) "Passes of the event iteration at the start";
-    Boolean odd(start = false, fixed = true) "Is their number odd?";
+    Real first "Initial value of the states in a chain";
+    discrete Real taken(start = 0, fixed = true) "Value at the start; 0 if the states have initial equations";
+    Integer pass(start = 0, fixed = true) "Number of event iterations at the start";
+    Boolean odd(start = false, fixed = true) "True if this number is odd";
   equation
     pass = if inChain then min(pre(pass) + 1, 8) else 0;
     odd = rem(pass, 2) > 0;
@@ -96,39 +96,39 @@ package Interfaces "Ports and partial blocks"
       taken = if inChain then first else 0;
     end when;
     annotation (Documentation(info = "<html>
-<p>The states of a block in equilibrium follow from its input at the start: an initial equation. rumoca 0.10.2 solves none that depends on a discrete variable, such as the memory of an operator with events. With inChain the states are counted from what was taken at the start, by a when-equation with an assignment, which every tool has among its initial equations.</p>
-<p><b>Limitation:</b> rumoca 0.10.2 takes the values of a pass from the one before: eight passes serve eight such blocks one after the other. In a loop, inChain makes an algebraic loop through a when-equation, which no tool solves.</p>
+<p>An initial equation computes the states in equilibrium from the initial input. rumoca 0.10.2 does not solve initial equations that depend on a discrete variable, such as the memory of an operator with events. With inChain = true, the states are relative to an initial value, which a when-equation assigns. All tools evaluate this when-equation at the initialisation.</p>
+<p><b>Limitation:</b> in an event iteration, rumoca 0.10.2 uses the values of the previous iteration; eight iterations are enough for eight such blocks in series. In a loop, inChain = true causes an algebraic loop through a when-equation, which no tool solves.</p>
 </html>"));
   end InChain;
 
-  partial block Plant "Slot of a loop: what is controlled"
+  partial block Plant "Replaceable plant of a loop"
     extends Icons.Hysteresis;
     Interfaces.RealInput u "Command" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
     Interfaces.RealOutput y "Measured output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
     annotation (Documentation(info = "<html>
-<p>What stands in the slot plant of HystFMU.Loops.Tracking extends this class.</p>
+<p>Models that replace the plant of HystFMU.Loops.Tracking extend this class.</p>
 </html>"));
   end Plant;
 
-  partial block Inverse "Slot of a loop: the command that gives a wanted output"
+  partial block Inverse "Replaceable inverse of a loop: computes the command for a wanted output"
     extends Icons.Inverse;
     Interfaces.RealInput y "Wanted output" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-    Interfaces.RealOutput u "Input that gives it" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+    Interfaces.RealOutput u "Input for the wanted output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
     annotation (Documentation(info = "<html>
-<p>What stands in the slot inverse of HystFMU.Loops.Tracking extends this class.</p>
+<p>Models that replace the inverse of HystFMU.Loops.Tracking extend this class.</p>
 </html>"));
   end Inverse;
 
-  partial block Controller "Slot of a loop: control from reference, measured output and feed-forward"
+  partial block Controller "Replaceable controller of a loop, with reference, measured output and feed-forward"
     extends Icons.Block;
     Interfaces.RealInput y_d "Reference" annotation (Placement(transformation(extent = {{-120, 43}, {-100, 63}})));
     Interfaces.RealInput y "Measured output of the plant" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
     Interfaces.RealInput u_ff "Feed-forward" annotation (Placement(transformation(extent = {{-120, -64}, {-100, -44}})));
     Interfaces.RealOutput u "Control" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
     annotation (Documentation(info = "<html>
-<p>What stands in the slot controller of HystFMU.Loops.Tracking extends this class.</p>
+<p>Models that replace the controller of HystFMU.Loops.Tracking extend this class.</p>
 </html>"));
   end Controller;
 
-  annotation (Documentation(info = "<html><p>Ports of the blocks, and what sampled blocks have in common.</p></html>"));
+  annotation (Documentation(info = "<html><p>Ports and base classes of the blocks.</p></html>"));
 end Interfaces;

@@ -1,5 +1,5 @@
 within HystFMU;
-package Types "Quantities with units, and choices"
+package Types "Quantities with units, and enumerations"
   extends Icons.Package;
 
   type Time = Real(final quantity = "Time", final unit = "s") "Time in seconds"
@@ -38,8 +38,8 @@ package Types "Quantities with units, and choices"
     annotation (Documentation(info = "<html><p>Absolute temperature, K.</p></html>"));
   type Memory = enumeration(
       dominant "Dominant extrema: wiping-out (Madelung) memory",
-      last "The last extremum only: the literal reading, for replicas") "Which extrema an operator remembers"
-    annotation (Documentation(info = "<html><p>Which extrema of its input an operator remembers.</p></html>"));
+      last "Only the last extremum, as the paper literally states") "Extrema that an operator stores"
+    annotation (Documentation(info = "<html><p>Extrema of the input that an operator stores.</p></html>"));
   type Activation = enumeration(
       sigmoid "1/(1 + exp(-s))",
       tanh "tanh(s)",
@@ -53,15 +53,15 @@ package Types "Quantities with units, and choices"
     annotation (Documentation(info = "<html><p>Form of recursive least squares.</p></html>"));
 
   type Magnetisation = enumeration(
-      demagnetised "In the middle, after ever smaller loops",
+      demagnetised "Demagnetised by loops of decreasing size",
       low "Negative saturation",
-      high "Positive saturation") "How a Preisach operator begins"
-    annotation (Documentation(info = "<html><p>How a Preisach operator begins.</p></html>"));
+      high "Positive saturation") "Initial state of a Preisach operator"
+    annotation (Documentation(info = "<html><p>Initial state of a Preisach operator.</p></html>"));
 
   type Start = enumeration(
       rest "Zero states",
-      steady "In equilibrium with the first input") "How linear dynamics begin"
-    annotation (Documentation(info = "<html><p>How linear dynamics begin.</p></html>"));
+      steady "In equilibrium with the first input") "Initial state of linear dynamics"
+    annotation (Documentation(info = "<html><p>Initial state of linear dynamics.</p></html>"));
 
   type Switching = enumeration(
       smooth "s/(abs(s) + epsilon)",
@@ -69,6 +69,6 @@ package Types "Quantities with units, and choices"
     annotation (Documentation(info = "<html><p>Switching term of a sliding mode controller.</p></html>"));
 
   annotation (Documentation(info = "<html>
-<p>A quantity of dimension one, or one in units of the user's own choice (volts, micrometres, normalised), is a plain Real.</p>
+<p>Dimensionless quantities, and quantities in units that the user chooses (volts, micrometres, normalised), have the type Real.</p>
 </html>"));
 end Types;

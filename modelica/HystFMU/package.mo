@@ -8,11 +8,11 @@ package HystFMU "Hysteresis operators, their inverses, networks, plants and cont
     preferredView = "info",
     uses(),
     Documentation(info = "<html>
-<p>Pure Modelica equations, no dependency: the library plugs into the blocks of the Modelica Standard Library as it is.
-Every class that has a twin among the blocks of the HystFMU units carries the same names, units and defaults and is
-compared with it numerically.</p>
-<p>Operators and inverses come in up to three realisations with the same parameters: <em>Sampled</em> acts at 0, Ts, 2 Ts, ...,
-exactly as a unit stepped with the communication step Ts; <em>Events</em> changes its memory where the input turns;
+<p>The library consists of Modelica equations without dependencies. Its blocks can be connected to blocks of the
+Modelica Standard Library. If a class corresponds to a block of the HystFMU units, names, units and defaults are the
+same, and both are compared numerically.</p>
+<p>Operators and inverses have up to three realisations with the same parameters. <em>Sampled</em> acts at 0, Ts, 2 Ts,
+..., like a unit with the communication step Ts; <em>Events</em> changes its memory at reversals of the input;
 <em>Smooth</em> is an ordinary differential equation. See UsersGuide.Realisations.</p>
 <p>Verified with rumoca 0.10.2, solver rk-like; every file is also read by the parser pymoca.</p>
 </html>"));

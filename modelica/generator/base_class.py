@@ -1,7 +1,5 @@
 """Modelica classes from the C tables: a partial block for each block of the C core, and enumerations."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from generator.declarations import dim, equation, information, link, parameter, ports, rate_port
@@ -70,7 +68,11 @@ class BaseClass:
             f"partial block {self.name} {sentence(f'{block.text}: parameters and ports')}",
             f"  extends {f'Interfaces.{slot}' if slot else f'Icons.{self._icon}'};",
             *(f"  {d}" for d in declared),
-            *(["protected", '  constant Boolean usesRate = false "Is there an input for the rate?";'] if rated else []),
+            *(
+                ["protected", '  constant Boolean usesRate = false "True if there is an input for the rate";']
+                if rated
+                else []
+            ),
             f"  annotation (Documentation(info = {information(*self._paragraphs(shelf))}));",
             f"end {self.name};\n",
         ]
@@ -99,7 +101,7 @@ class BaseClass:
         found = [
             f"<b>Equation:</b> {equation(self.block.equation)}.",
             f"<b>Source:</b> {escape(self.block.source, quote=False)}.",
-            "<b>Limitations:</b> those of the classes that extend it.",
+            "<b>Limitations:</b> see the classes that extend it.",
         ]
         if shown:
             found.append(f"<b>Example:</b> {', '.join(map(link, shown[:1]))}.")

@@ -1,16 +1,19 @@
-"""Generation of all generated files of a library, and comparison with the files on disk."""
+"""Generation of all generated files of a library, and comparison with the files on disk.
 
-from __future__ import annotations
+The page UsersGuide.Checks lists the lint rules by section of the language specification.
+"""
 
 import re
+import tomllib
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path, PurePath
 
-from generator import checks, validation
+from generator import validation
 from generator.base_class import base_classes, enumerations, package
 from generator.declarations import number
 from generator.drawing import drawn, nested, pictures
-from generator.shelf import REALISATIONS, Shelf, is_generated
+from generator.shelf import REALISATIONS, Shelf, is_generated, mark
+from hystfmu.base.printable import escape
 
 # packages and pages of the guide in reading order
 _FIRST = (
@@ -130,7 +133,7 @@ def generated(root: Path) -> dict[PurePath, str]:
     classes |= {f"{b.package}.BaseClasses.package": package(b.package) for b in base_classes()}
     classes |= validation.models(shelf, classes)
     classes |= enumerations()
-    classes |= checks.page(root)
+    classes |= _page_of_checks(root)
     every_text = nested({**shelf.texts, **classes})
     classes = {name: drawn(text, name, every_text) for name, text in classes.items()}
     by_hand = {name: drawn(text, name, every_text) for name, text in shelf.texts.items()}
@@ -185,3 +188,47 @@ def write(root: Path) -> None:
     for file, text in made.items():
         (root / file).parent.mkdir(parents=True, exist_ok=True)
         (root / file).write_text(text, "utf-8", newline="\n")
+
+
+_RULES = "modelica/rules.toml"
+_APART = {
+    "conventions": "Modelica.UsersGuide.Conventions",
+    "compiler": "silent errors of one compiler",
+    "house": "of this library",
+}
+
+
+def _page_of_checks(root: Path) -> dict[str, str]:
+    """Return the page by its name inside HystFMU.
+
+    `root` is the folder of the library. The table of rules, ``rules.toml``, is next to this folder.
+    """
+    table = tomllib.loads((root.parent / "rules.toml").read_text("utf-8"))
+    rows = sorted(table.items(), key=lambda row: _by_section(row[1]["section"]))
+    lines = "\n".join(
+        f"<tr><td>{_APART.get(row['section'], row['section'])}</td><td>{name}</td>"
+        f"<td>{escape(row['text'], quote=False)}.</td></tr>"
+        for name, row in rows
+    )
+    return {
+        "UsersGuide.Checks": f"""{mark(_RULES)}
+within HystFMU.UsersGuide;
+package Checks "Checks of every class"
+  extends Icons.Information;
+  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
+<p>Different tools detect different faults. <code>make modelica-strict</code> checks every class by these rules, the
+tests every exported package; numbers are sections of the Modelica Language Specification 3.6. Each rule has a test that
+inserts a fault and checks that the lint reports it.</p>
+<table>
+<tr><th>Section</th><th>Rule</th><th>What it asks for</th></tr>
+{lines}
+</table>
+</html>"));
+end Checks;
+"""
+    }
+
+
+def _by_section(section: str) -> tuple[bool, list[int], str]:
+    numbers = [int(n) for n in section.split(".") if n.isdigit()]
+    return not numbers, numbers, section

@@ -27,7 +27,9 @@ from hystfmu.studies.task import LoopLimits
 
 SCENARIOS = Path(__file__).parents[1]
 RECORD = SCENARIOS / "loops" / "switching.record.toml"
-HEAD = "written by models/run_switching.py: worst corners, RMS in percent of the stroke; ratios of law over its linear law"
+HEAD = (
+    "written by models/run_switching.py: worst corners, RMS in percent of the stroke; ratios of law over its linear law"
+)
 PLANTS = {"backlash": "", "bouc_wen": "bouc_wen_"}
 CORNERS = ("up_400", "up_600", "down_400", "down_600")
 SIGNALS = ("10", "100", "broadband")

@@ -9,8 +9,6 @@ amplitudes than the training rows, and an input that is the output of an inverse
 Data: github.com/yan9a/DiscreteBacklashOperator (MIT licence).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -39,7 +37,7 @@ LIMITS = {  # largest allowed RMS errors (um)
     "preisach": 0.14,
 }
 # kinds that are no separate methods, or that need resonances, which the data do not contain
-LEFT_OUT = ("auto", "bouc_wen_oscillator", "duhem_oscillator")
+LEFT_OUT = ("auto", "bouc_wen_oscillator", "duhem_oscillator", "lugre", "maxwell_slip_oscillator")
 PUBLISHED = (
     ("sysidentpy, polynomial NARX (best of several)", 0.316),
     ("jax-sysid, neural state space", 0.285),

@@ -5,8 +5,6 @@ targets, not on printed numbers, because the records of the papers are not publi
 effect on the exit status, because run times depend on the load of the computer.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -15,11 +13,11 @@ from typing import Any
 
 from hystfmu.base.printable import escape
 from hystfmu.report import page
+from hystfmu.report.diagrams import Ratio, Ratios
 from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Plot
 from hystfmu.report.terminal import table
-from papers.bounded import bounded
-from papers.row import GROUPS, Row, Stated
+from papers.row import GROUPS, Row, Stated, over
 
 
 @dataclass(frozen=True)
@@ -176,3 +174,38 @@ def nearest(scanned: Sequence[tuple[Any, Sequence[float]]], printed: Sequence[fl
         return max(abs(math.log(a / b)) for a, b in zip(figures, printed, strict=True))
 
     return min(scanned, key=lambda s: factor(s[1]))[0]
+
+
+MOST = 12  # largest number of rows in the diagram
+
+
+def bounded(rows: Sequence[Row]) -> list[Ratios]:
+    """Return a list with one bar diagram of the ratios of our results to the printed numbers.
+
+    A bound is met if the ratio is at most 1. For a lower bound, the ratio is inverted.
+
+    The results are those in the table rows `rows`. If no number is printed, the diagram contains the ratios to the
+    targets. Without targets, the list is empty.
+    """
+    printed = [_against(r, r.printed, r.sense, r.printed_met, r.literal) for r in rows if r.where == "paper"]
+    if found := [r for r in printed if r is not None]:
+        return [_drawn("figures over those of the paper", "ours / printed", found)]
+    targets = [_against(r, r.target, "least" if r.at_least else "most", r.met) for r in rows]
+    found = [r for r in targets if r is not None]
+    return [_drawn("figures over their targets", "ours / target", found)] if found else []
+
+
+def _drawn(title: str, label: str, found: Sequence[Ratio]) -> Ratios:
+    ordered = sorted(found, key=lambda r: (r.good, -r.value))
+    missed = sum(not r.good for r in found)
+    more = f", the {MOST} that are met least" if len(found) > MOST else ""
+    said = f"{title}: {len(found) - missed} met, {missed} missed{more}"
+    return Ratios(said, f"{label}; 1 and less is met", ordered[:MOST], ("ours", "literal replica"))
+
+
+def _against(r: Row, bound: float | None, sense: str, met: bool | None, literal: float | None = None) -> Ratio | None:
+    """Return the ratio of a result to its bound, and that of the literal replica, or None if a number is missing."""
+    if met is None or bound is None or r.ours is None or not (bound > 0 and r.ours > 0):
+        return None
+    other = None if literal is None or literal <= 0 else over(literal, bound, sense)
+    return Ratio(r.quantity, over(r.ours, bound, sense), f"{r.ours:.3g} for {bound:.3g}", met, other)

@@ -89,6 +89,7 @@ def implicit() -> Graph:
     return Graph(nodes, wires, [Input("y", ("inverse.y",))], [Output("u", "inverse.u")])
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("copies", [30, pytest.param(500, marks=pytest.mark.stress)])
 def test_every_block_and_damaged_copies_of_its_file(driver: Path, tmp_path: Path, copies: int) -> None:
     files = []
@@ -123,6 +124,7 @@ def extreme_files(block: BlockType, folder: Path) -> list[Path]:
     return files
 
 
+@pytest.mark.stress
 def test_extreme_legal_values(driver: Path, tmp_path: Path) -> None:
     """No legal value may crash, hang or overflow an integer: the bounds of the table protect the block."""
     drive(driver, 0, [f for block in block_types().values() for f in extreme_files(block, tmp_path)])
@@ -188,6 +190,7 @@ def box(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return made
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("calls", [20_000, pytest.param(1_000_000, marks=pytest.mark.stress)])
 def test_random_calls_and_damaged_files(box: Path, tmp_path: Path, calls: int) -> None:
     # cc also compiles the units that the program loads: a process can have the runtime of one compiler only

@@ -134,6 +134,7 @@ SIZES = {
     "jiles_atherton": {"steps": (1, 4, 1000)},
     "krasnoselskii_pokrovskii": {"n": (1, 4, 1000), "depth": (4, 256, 100000)},
     "lead_lag": {"n": (1, 1, 1000)},
+    "maxwell_slip_oscillator": {"n": (1, 4, 1000)},
     "mlp": {"n_in": (1, 1, 10000), "n_hidden": (1, 12, 10000), "n_out": (1, 1, 10000)},
     "modes": {"n": (1, 1, 1000)},
     "narx_network": {"n_u": (1, 2, 1000), "n_y": (0, 1, 1000), "n_hidden": (1, 4, 10000)},

@@ -1,5 +1,6 @@
 """Design tools against closed forms: describing functions, margins, transfer functions, tangents, delays, sectors."""
 
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 
-pytest.importorskip("control")
+pytestmark = pytest.mark.skipif(find_spec("control") is None, reason="python-control is not installed")
 H = 1e-4
 OMEGA = 2 * np.pi * 500
 G0 = Node("g0", "transfer_function", {}, {"b": [OMEGA**2], "a": [1.0, 1.4 * OMEGA, OMEGA**2]})
@@ -138,9 +139,6 @@ def test_gains_carry_their_units() -> None:
 
 
 # ---- delays ----------------------------------------------------------------------------------------------------------
-pytest.importorskip("control")
-
-
 def chain(steps: int, gain: float = 2.5) -> Graph:
     """As the kinds g0_... : a gain, G0, a delay, an offset."""
     nodes = [

@@ -1,6 +1,7 @@
 """Gain margins against responses and poles of their own: state spaces with creep, plants that answer at once."""
 
 import json
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from scipy.signal import cont2discrete
 import hystfmu as hy
 from hystfmu.cli import main
 
-pytest.importorskip("control")
+pytestmark = pytest.mark.skipif(find_spec("control") is None, reason="python-control is not installed")
 ROOT = Path(__file__).parents[2] / "scenarios"
 H = 1e-4
 W = 2 * np.pi * 500

@@ -144,6 +144,7 @@ def one_line(done, words):
         assert w in lines[0]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scale", "words"),
     [("e200", ("line 2", "u must be at most 1e+100")), ("e-200", ("span of u in the train rows", "1e-100"))],
@@ -367,7 +368,7 @@ def test_a_bare_block_is_exported(tmp_path):
     assert 'stepSize="0.0001"' in description
     one_line(hystfmu("export", "transfer_functio", "-o", fmu), ["transfer_functio", "transfer_function"])
     one_line(hystfmu("export", "zhao_tan", "--set", "nothing=1", "-o", fmu), ["zhao_tan", "'nothing'"])
-    one_line(hystfmu("export", "m.model.toml", "--set", "a=1", "-o", fmu), ["--set", "bare block"])
+    one_line(hystfmu("export", "m.model.toml", "--set", "a=1", "-o", fmu), ["--set", "single block"])
 
 
 def test_shipped_scenarios_run_by_their_names_where_there_is_no_such_folder(tmp_path):

@@ -31,6 +31,7 @@ def documented() -> dict[str, object]:
     return found | {f"Model.{name}": getattr(hy.Model, name) for name in CALLS}
 
 
+@pytest.mark.some(10)
 @pytest.mark.parametrize("name", documented())
 def test_examples_print_what_they_say(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
@@ -159,6 +160,7 @@ def mypy(folder: Path, *programs: str) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.stress
 def test_a_program_with_every_name_passes_and_mistakes_are_found(tmp_path: Path):
     pytest.importorskip("mypy")
     for name in hy.__all__:

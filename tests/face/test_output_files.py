@@ -62,6 +62,7 @@ def listed(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_command_keeps_a_file_of_other_content(name: str, here: Path) -> None:
     command, file, same = WRITERS[name]
@@ -144,7 +145,7 @@ def test_a_study_keeps_to_its_folder(here: Path) -> None:
     assert [call("study one.study.toml -o new -j 1").exit_code for _ in range(2)] == [0, 0]
     other = call("study two.study.toml -o new -j 1")
     assert other.exit_code == 2
-    assert "holds the table of the study one of" in other.stderr
+    assert "contains the table of the study one of" in other.stderr
 
 
 def test_files_that_belong_together_are_written_all_or_none(here: Path) -> None:

@@ -22,6 +22,7 @@ def exchange(make: Make, graph: Graph) -> Events:
     return make(graph, "me")
 
 
+@pytest.mark.some(20)
 @pytest.mark.parametrize("name", STATELESS)
 def test_without_continuous_states_it_is_co_simulation_bit_for_bit(make: Make, name: str) -> None:
     """Memories advance with accepted steps only, sampled blocks at their time events."""
@@ -139,6 +140,7 @@ def test_closed_loop_of_all_classes(make: Make) -> None:
 SCALAR = [name for name in BLOCKS if all(p.size == 1 for p in single(name).ports if p.kind in ("input", "output"))]
 
 
+@pytest.mark.some(16)
 @pytest.mark.parametrize("name", SCALAR)
 def test_fmpy_runs_it(tmp_path: Path, fmi: int, name: str) -> None:
     """Without continuous states the bits equal Co-Simulation, except for sources, whose time fmpy accumulates."""

@@ -231,7 +231,7 @@ def test_a_loop_through_the_wanted_value_is_algebraic():
 
 
 def test_inverse_says_why_not():
-    with pytest.raises(InputError, match=r"must move after a reversal\. .* no continuous inverse"):
+    with pytest.raises(InputError, match=r"must change directly after a reversal\. .* without continuous inverse"):
         inverse(plays_only(), "implicit", **LIMITS)
     with pytest.raises(InputError, match="options lo and hi"):
         inverse(chain(), "implicit")

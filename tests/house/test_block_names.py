@@ -152,7 +152,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         "polynomial_narx": "the class has a limit on the degree",
         "transfer_function": "is_discretised(): becomes a StateSpace; _LACKS: the class is continuous",
         "mlp": "is_large(): becomes a function",
-        **dict.fromkeys(("bouc_wen_oscillator", "duhem_oscillator"), "_PLANTS: stands among the plants"),
+        **dict.fromkeys(
+            ("bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator"), "_PLANTS: stands among the plants"
+        ),
         "adaptive_inverse": "_LEARNS: an inverse without other realisations",
         "reference": "has_shapes(): a class for each shape",
     },

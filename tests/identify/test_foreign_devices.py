@@ -45,6 +45,7 @@ def test_relays_close_minor_loops_and_wipe_out():
     assert y[-1] == pytest.approx(y[59], abs=1e-12)
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("name", DEVICES)
 def test_a_seed_gives_a_record_and_signals_inside_its_range(name):
     form = list(FORMS)[len(name) % len(FORMS)]
@@ -70,6 +71,7 @@ def test_a_graph_with_the_drawn_numbers_is_the_device(name):
     assert 100 * np.abs(e).max() / case.data.span <= (0.3 if "Jiles" in name else 0.02)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["battery, one state", "ferroelectric butterfly", "shape-memory alloy"])
 def test_a_fit_of_the_true_structure_is_off_by_less_than_the_noise(name):
     """It fits the noise of its record, so that it is off by some of it."""
@@ -106,6 +108,7 @@ def test_one_state_beside_a_curve():
     assert reached("battery, one state", "bouc_wen_parallel", rate="no") <= 0.05
 
 
+@pytest.mark.stress
 def test_a_dashpot_in_series_with_bouc_wen():
     """Damper of Spencer; a dashpot in parallel alone leaves 2.7 %.
 
@@ -114,6 +117,7 @@ def test_a_dashpot_in_series_with_bouc_wen():
     assert reached("Spencer's MR damper", "bouc_wen_parallel", "chirp", seed=65228) <= 1.2
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("form", ["chirp", "decaying sine"])
 def test_back_relaxation(form):
     """Ionic polymer: plays, a fast lag and a slow negative lag; creep of positive weights leaves 5 to 9 %."""
@@ -125,6 +129,7 @@ def test_lags_do_not_imitate_a_derivative():
     assert reached("Spencer's MR damper", "actuator", "decaying sine", seed=4711) <= 15
 
 
+@pytest.mark.stress
 def test_relays_stand_behind_a_bend():
     """A ferroelectric butterfly: plays leave 3 %, a density of relays without a bend 35."""
     assert reached("ferroelectric butterfly", "actuator", operator="relays", dynamics="no", creep="no") <= 1.5
@@ -135,6 +140,7 @@ def test_one_decaying_sine_shows_the_dynamics_behind_an_operator():
     assert reached("Coleman-Hodgdon piezo, mode, delay", "g0_bouc_wen", "decaying sine") <= 0.05
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("strain", [0.0, 0.4])
 def test_a_magnetic_device_about_a_bias(strain):
     """Jiles-Atherton with an eddy lag, a magnet and a current that is never negative; `actuator` leaves 1 %."""

@@ -40,6 +40,8 @@ ELSEWHERE = {  # dynamics, by another rule or step than the core's in that test
     "narx_network": ("test_benchmarks", "test_narx_network_on_an_oscillator_with_a_bouc_wen_force"),
     "bouc_wen_oscillator": ("test_benchmarks", "test_grey_box_oscillator_recovers_a_plant_of_another_integrator"),
     "duhem_oscillator": ("test_duhem_oscillator", "test_a_plant_of_another_integrator_on_other_signals"),
+    "lugre": ("test_friction", "test_a_foreign_device_to_the_noise_of_its_record"),
+    "maxwell_slip_oscillator": ("test_friction", "test_a_foreign_device_to_the_noise_of_its_record"),
     "auto": ("test_benchmarks", "test_s3_bouc_wen_is_picked_and_holds_on_other_signals"),
 }
 
@@ -55,6 +57,7 @@ def test_no_key_is_left_out():
 LONG = ("bouc_wen", "duhem")
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize("key", [pytest.param(k, marks=pytest.mark.stress) if k in LONG else k for k in ON])
 def test_a_key_on_an_independent_plant(key):
     plant, limit, options = ON[key]

@@ -12,8 +12,8 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import accuracy
-from papers import sliding_bound
 from papers.rate_plant import RATE, actuator, excitation
+from papers.statements import yu_alici_2005_smc
 
 H, FINER = 1e-4, 20
 
@@ -130,13 +130,13 @@ def test_the_excitations_fall_and_rise_as_in_the_figures():
 )
 def test_the_exact_bound_is_where_the_law_comes_to_rest(eta, rho, eps, D):
     law = lambda t, s: -eta * s - rho * s / (np.abs(s) + eps) + D  # noqa: E731
-    exact = sliding_bound.ultimate(eta, rho, eps, D)
+    exact = yu_alici_2005_smc.ultimate(eta, rho, eps, D)
     for start in (0.0, 3.0):
         end = solve_ivp(law, (0, 60), [start], method="LSODA", rtol=1e-10, atol=1e-12).y[0, -1]
         assert end == pytest.approx(exact, rel=1e-6)
-    assert sliding_bound.simulated(eta, rho, eps, D, seconds=40 / eta) == pytest.approx(exact, rel=1e-3)
+    assert yu_alici_2005_smc.simulated(eta, rho, eps, D, seconds=40 / eta) == pytest.approx(exact, rel=1e-3)
 
 
 def test_the_printed_bound_does_not_follow_from_the_law():
-    assert sliding_bound.printed(5, 0.01) == 0.0025
-    assert sliding_bound.ultimate(5, 1, 0.01, 1) == pytest.approx(0.04, rel=1e-12)  # 0.2 + 0.8 = 1
+    assert yu_alici_2005_smc.printed(5, 0.01) == 0.0025
+    assert yu_alici_2005_smc.ultimate(5, 1, 0.01, 1) == pytest.approx(0.04, rel=1e-12)  # 0.2 + 0.8 = 1

@@ -1,7 +1,6 @@
 """Form of the library: two parsers read it, folders and names fit, documentation is there, and the lint is quiet."""
 
 import re
-from pathlib import Path
 from xml.etree import ElementTree
 
 import compare
@@ -13,45 +12,48 @@ import pytest
 import simulate
 from syntax_tree import references
 
-CLASSES = library.classes()
-FOLDERS = [d for d in [library.ROOT, *sorted(library.ROOT.rglob("*"))] if d.is_dir() and "Resources" not in d.parts]
+Classes = dict[str, library.Class]
 
 
-@pytest.mark.parametrize("folder", FOLDERS, ids=lambda d: str(d.relative_to(library.ROOT)))
-def test_package_order_lists_the_classes_of_the_folder(folder: Path) -> None:
-    assert list(form.order_complaints(folder)) == []
+@pytest.fixture(scope="module")
+def classes() -> Classes:
+    return library.classes()
 
 
-@pytest.mark.parametrize("file", library.files(), ids=lambda f: str(f.relative_to(library.ROOT)))
-def test_file_stands_where_its_class_says(file: Path) -> None:
-    assert list(form.place_complaints(file, library.ROOT.parent)) == []
-    assert list(form.encoding_complaints(file)) == []
-    name = file.relative_to(library.ROOT.parent).with_suffix("").as_posix().replace("/", ".")
-    assert name.removesuffix(".package") in CLASSES
+def test_every_package_order_lists_the_classes_of_its_folder() -> None:
+    inside = (d for d in library.ROOT.rglob("*") if d.is_dir() and "Resources" not in d.parts)
+    assert [m for folder in (library.ROOT, *inside) for m in form.order_complaints(folder)] == []
 
 
-@pytest.mark.parametrize("name", sorted(CLASSES))
-def test_lint_is_quiet(name: str) -> None:
-    assert list(lint.complaints(CLASSES[name])) == []
+def test_every_file_stands_where_its_class_says(classes: Classes) -> None:
+    top = library.ROOT.parent
+    for file in library.files():
+        assert [*form.place_complaints(file, top), *form.encoding_complaints(file)] == []
+        name = file.relative_to(top).with_suffix("").as_posix().replace("/", ".")
+        assert name.removesuffix(".package") in classes
+
+
+def test_lint_is_quiet_about_every_class(classes: Classes) -> None:
+    assert [m for c in classes.values() for m in lint.complaints(c)] == []
 
 
 @pytest.mark.stress
-def test_every_class_loads() -> None:
+def test_every_class_loads(classes: Classes) -> None:
     """Every block; the models are compiled where they are simulated, one by one (test_validation.py)."""
-    names = sorted({n for n, c in CLASSES.items() if simulate.can_load(c)} - set(compare.models()))
+    names = sorted({n for n, c in classes.items() if simulate.can_load(c)} - set(compare.models()))
     assert len(names) > 60
     assert {n: complaint for n, complaint in simulate.load(names).items() if complaint} == {}
 
 
-def test_every_block_has_a_validation() -> None:
-    assert len(form.blocks(CLASSES)) > 50
-    assert form.untested(CLASSES) == []
+def test_every_block_has_a_validation(classes: Classes) -> None:
+    assert len(form.blocks(classes)) > 50
+    assert form.untested(classes) == []
 
 
-def test_every_part_of_a_loop_is_in_an_example() -> None:
+def test_every_part_of_a_loop_is_in_an_example(classes: Classes) -> None:
     """As the base, in a slot, or as a part of what is there."""
     texts = {
-        n: library.text(c.file) for n, c in CLASSES.items() if n.startswith(("HystFMU.Examples.", "HystFMU.Loops."))
+        n: library.text(c.file) for n, c in classes.items() if n.startswith(("HystFMU.Examples.", "HystFMU.Loops."))
     }
     reached = {n for n in texts if n.startswith("HystFMU.Examples.")}
     loops = {n for n in texts if n.startswith("HystFMU.Loops.")}
@@ -62,25 +64,25 @@ def test_every_part_of_a_loop_is_in_an_example() -> None:
     assert loops <= reached
 
 
-def test_loops_show_every_connection() -> None:
+def test_loops_show_every_connection(classes: Classes) -> None:
     """No equation gives an input of a component of an example its value: the diagram would not show it."""
-    for name, c in CLASSES.items():
+    for name, c in classes.items():
         if name.startswith(("HystFMU.Examples.", "HystFMU.Loops.")):
             assert re.findall(r"(?m)^ +\w+\.\w+ = .*", library.text(c.file)) == [], name
 
 
-def test_every_function_is_used() -> None:
-    used = "\n".join(library.text(f) for f in library.files())
-    for name, c in CLASSES.items():
+def test_every_function_is_used(classes: Classes) -> None:
+    text = "\n".join(library.text(f) for f in library.files())
+    called = set(re.findall(r"(?<!function )\b(\w+)\(", text))
+    for name, c in classes.items():
         if c.tree.type == "function" and not name.startswith("HystFMU.Icons"):
-            calls = re.findall(rf"(?<!function )\b{c.short_name}\(", used)
-            assert calls, f"no block and no function calls {name}"
+            assert c.short_name in called, f"no block and no function calls {name}"
 
 
-def test_only_sources_and_the_clock_of_samples_know_the_time() -> None:
+def test_only_sources_and_the_clock_of_samples_know_the_time(classes: Classes) -> None:
     """The trajectory of any other class is shifted with the start of a simulation, together with its inputs."""
     users = set()
-    for name, c in CLASSES.items():
+    for name, c in classes.items():
         values = [e for s in c.tree.symbols.values() for e in library.modifiers(s.class_modification).values()]
         tree = c.tree.equations, c.tree.initial_equations, c.tree.statements, c.tree.initial_statements, values
         if "time" in references(tree) and not name.startswith(("HystFMU.Sources.", "HystFMU.Validation.")):
@@ -88,6 +90,7 @@ def test_only_sources_and_the_clock_of_samples_know_the_time() -> None:
     assert users == {"HystFMU.Interfaces.Sampled"}
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("start", [1.0, -2.5])
 def test_samples_begin_with_the_simulation(start: float) -> None:
     """A controller under a constant error integrates from the start time on, whatever that is."""

@@ -72,6 +72,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("example", OTHERS)
 def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str) -> None:
     """An operator that no scenario has in its plant, with the references and the controller of the scenario pid."""
@@ -117,6 +118,7 @@ FIGURES = [
 QUICK_FIGURES = ("ZhaoTan", "BoucWen")
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("example", "name", "case", "settled"),
     [r if r[0] in QUICK_FIGURES else pytest.param(*r, marks=pytest.mark.stress) for r in FIGURES],
@@ -138,6 +140,7 @@ def test_example_gives_the_figures_of_the_scenario(example: str, name: str, case
     assert 100 * np.sqrt(np.mean(e**2)) / 2 == pytest.approx(figures["tracking"], rel=1e-6)
 
 
+@pytest.mark.stress
 def test_network_of_the_ipmc_sensor_gives_the_figures_of_the_scenario() -> None:
     """Plays sampled ten times as fast as there: their output is held for 0.1 ms, not run straight for 1 ms."""
     now = simulate.run("HystFMU.Examples.IpmcNetwork").at(1e-3)
@@ -165,6 +168,7 @@ def test_network_of_the_ipmc_sensor_gives_the_figures_of_the_scenario() -> None:
     assert tracking <= 0.73  # the limit of the scenario
 
 
+@pytest.mark.stress
 def test_realisations_of_minor_loops_agree() -> None:
     v = simulate.run("HystFMU.Examples.MinorLoops").values
     # width = 1e-3 and weights that add up to 1; the sampled one holds for Ts
@@ -174,6 +178,7 @@ def test_realisations_of_minor_loops_agree() -> None:
     assert np.ptp(v["events.y"]) > 0.8
 
 
+@pytest.mark.stress
 def test_rate_dependence_comes_from_creep_and_dynamics_alone() -> None:
     v = simulate.run("HystFMU.Examples.RateDependence").values
 
@@ -193,6 +198,7 @@ def test_rate_dependence_comes_from_creep_and_dynamics_alone() -> None:
     assert creep[0] > 2 * creep[1]
 
 
+@pytest.mark.stress
 def test_stack_agrees_with_its_equations_solved_elsewhere() -> None:
     """Drive, stack and load by Heun's steps of a tenth of the relaxation, plays with sharp corners."""
     v = simulate.run("HystFMU.Examples.StackMovesMass").values

@@ -73,6 +73,7 @@ end M;
 """
 
 
+@pytest.mark.stress
 def test_reversal_of_one_rounding_behind_a_peak_agrees_with_the_c_core() -> None:
     rows = simulated(ROUNDINGS, 4 * CASES + 1)
     u = rows["u"][: 4 * CASES]
@@ -97,6 +98,7 @@ LONG_WAYS = {
 }
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("case", LONG_WAYS)
 def test_long_ways_agree_with_the_c_core(case: str) -> None:
     values, size = dict(LONG_WAYS[case][0]), LONG_WAYS[case][1]
@@ -120,6 +122,7 @@ def test_long_ways_agree_with_the_c_core(case: str) -> None:
 MICRO = 1e-6
 
 
+@pytest.mark.stress
 def test_a_model_in_metres_is_the_one_in_micrometres(tmp_path: Path) -> None:
     u, v = signals.training(20, 1), signals.nested_reversals(10, 5)
     y = plants.prandtl_ishlinskii(u)
@@ -140,6 +143,7 @@ def test_a_model_in_metres_is_the_one_in_micrometres(tmp_path: Path) -> None:
     assert outcome.good, exported.line(outcome)
 
 
+@pytest.mark.stress
 def test_the_smooth_operator_keeps_plays_of_micrometres() -> None:
     r, w = np.array([0.1, 0.4]) * MICRO, [0.5, 1.0]
     kinds = {"Smooth": "s", "Events": "e"}
@@ -160,6 +164,7 @@ def under_sine(parts: str, wires: str, amplitude: float, stop: float = 1.0) -> d
     return simulate.solve_text(text, stop, 0.002, 1e-14).at(0.002)
 
 
+@pytest.mark.stress
 def test_a_constraint_factor_of_nanometres() -> None:
     """Nothing in the classes is wider than the hysteresis; 3e-3 is the bound of the rounded corners."""
     values = "m = 1, depth = 16, a0 = 0.5, a = {4e8}, d_max = 3e-9"
@@ -173,6 +178,7 @@ def test_a_constraint_factor_of_nanometres() -> None:
     assert np.abs(rows["e.h"] - expected).max() <= 1e-9 * np.ptp(expected)
 
 
+@pytest.mark.stress
 def test_inverses_with_events_of_nanometres() -> None:
     r, w = [1e-10, 4e-10], [0.5, 1.0]
     parts = (
@@ -191,6 +197,7 @@ def test_inverses_with_events_of_nanometres() -> None:
 
 
 # ---- The realisation Events has an event at each reversal of its input and no other
+@pytest.mark.some(1)
 @pytest.mark.parametrize("kind", ["Events", "Smooth"])
 def test_ten_plays_have_one_event_for_each_reversal(kind: str) -> None:
     text = f"""model M

@@ -15,6 +15,7 @@ def complaint(source: str, folder: Path) -> str:
     return simulate.rumoca(file, "M", "0.3", "0.1", "1e-6", folder / "r.npz", packages=packages)
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize(
     ("component", "inputs", "message"),
     [
@@ -34,7 +35,7 @@ def complaint(source: str, folder: Path) -> str:
             "must be greater than 0",
         ),
         ("Operators.Sampled.BoucWen a(beta = 0.5, gamma = -0.5)", "u", "beta + gamma must be greater than 0"),
-        ("Operators.Sampled.BoucWen a(z0 = 1.1)", "u", "z0 must be within"),
+        ("Operators.Sampled.BoucWen a(z0 = 1.1)", "u", "z0) must be at most"),
         (
             "Operators.Smooth.PrandtlIshlinskii a(n = 1, r = {1e-6}, width = 1e-3)",
             "u du",
@@ -54,6 +55,7 @@ def test_bad_parameters_are_refused(component: str, inputs: str, message: str, t
     assert message in complaint(f"model M HystFMU.{component}; equation {equations} end M;", tmp_path)
 
 
+@pytest.mark.stress
 def test_compiler_starts_anew_after_a_crash_and_a_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A model after one that crashes the compiler or never ends is simulated normally."""
     compiler = simulate.Compiler()

@@ -12,13 +12,9 @@ from hystfmu.cli import main
 from hystfmu.data import signals, synthetic
 from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
-from hystfmu.identify.excitation.minor_loops import examine, gaps
-from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
-from hystfmu.identify.methods.narx_network import assemble, simulate
-from hystfmu.identify.methods.preisach import dead_zones
+from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.identify.race import AS_GOOD
-from hystfmu.model import accuracy
-from papers import boucwen_benchmark, dbo_piezo, reproduce, static_bouc_wen, sums_of_plays
+from papers import boucwen_benchmark, dbo_piezo, reproduce, sums_of_plays
 
 QUICK = ("prandtl_ishlinskii", "bouc_wen", "polynomial_narx")
 
@@ -34,13 +30,6 @@ def test_turning_points_under_noise_and_on_plateaus():
     np.testing.assert_allclose(u[turning_points(u, 1e-3)], [1.0, -0.5, 0.7, -1.0], atol=1e-12)
     noisy = u + 0.005 * np.random.default_rng(0).normal(size=len(u))
     np.testing.assert_allclose(noisy[turning_points(noisy, 0.05)], [1.0, -0.5, 0.7, -1.0], atol=0.02)
-
-
-def test_gap_of_a_minor_loop_between_samples():
-    """u: -0.2 -> 1 -> 0.4 -> 1.2; y = u + 0.1 per unit of way travelled downwards: the gap is 0.06."""
-    u = signals.ramps([0.1, -0.2, 1.0, 0.4, 1.2], 0.017)
-    y = u + 0.1 * np.concatenate([[0], np.cumsum(np.maximum(-np.diff(u), 0))])
-    np.testing.assert_allclose(gaps(u, y, turning_points(u, 1e-3)), [0.06], atol=1e-12)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
@@ -98,78 +87,8 @@ def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
     assert saved.provenance["auto_parameters"]["prandtl_ishlinskii"] == 42
 
 
-def test_s3_bouc_wen_is_picked_and_holds_on_other_signals(monkeypatch):
-    found = auto.candidates()
-    monkeypatch.setattr(auto, "candidates", lambda: {key: found[key] for key in QUICK})
-    u = signals.training(60, 1)
-    data = Dataset.from_signal(u, plants.bouc_wen(u))
-    model = fit(data, "auto")
-    assert (model.key, model.fit["memory"], model.fit["warnings"]) == ("bouc_wen", "no return-point", [])
-    for name, e in accuracy.held_out_table(model, plants.bouc_wen, data.span).items():
-        assert e["rms_percent"] <= 0.03, name
-
-
-# ---- dead zones ----------------------------------------------------------------------------------------------------
-def test_dead_zones_have_sides():
-    np.testing.assert_array_equal(
-        dead_zones(np.array([-2.0, 0.0, 3.0]), np.array([1.0, -1.0])), [[0, -1], [0, 0], [2, 0]]
-    )
-
-
 # ---- oscillators ---------------------------------------------------------------------------------------------------
-def test_linear_oscillator_from_its_spectra():
-    h, n = 1e-3, 4000
-    u = np.fft.irfft(np.r_[0, np.exp(2j * np.pi * np.random.default_rng(0).uniform(size=400)), np.zeros(1600)], n)
-    s = 2j * np.pi * np.fft.rfftfreq(n, h)
-    y = np.fft.irfft(np.fft.rfft(u) / (2 * s**2 + 10 * s + 1e5), n)
-    np.testing.assert_allclose(linear_oscillator(u, y, h), [2, 10, 1e5], rtol=1e-9)
-
-
-def test_grey_box_oscillator_recovers_a_plant_of_another_integrator():
-    h, true = 5e-4, {"m_L": 2.0, "c_L": 15.0, "k_L": 3e4, "alpha": 4e4}
-    rng = np.random.default_rng(2)
-    spectrum = np.zeros(2001, complex)
-    spectrum[10:120] = np.exp(2j * np.pi * rng.uniform(size=110))
-    u = np.fft.irfft(spectrum, 4000)
-    u *= 60 / rms(u)
-    y = plants.bouc_wen_oscillator(u, h, *true.values())
-    m = fit(Dataset.from_signal(u, y, h), "bouc_wen_oscillator")
-    v = m.graph.node("plant").values
-    assert m.fit["rms_percent"] < 0.02  # two integrators, 60 rows per period
-    for name, value in true.items():
-        np.testing.assert_allclose(v[name], value, rtol=0.02)
-    np.testing.assert_allclose([v["beta"] * v["gamma"], v["beta"] * v["delta"]], [900, -400], rtol=0.05)
-    assert abs(abs(v["gamma"]) + abs(v["delta"]) - 1) < 1e-12
-    with pytest.raises(InputError, match="must have m_L > 0 and k > 0"):
-        fit(Dataset.from_signal(u, -y, h), "bouc_wen_oscillator")
-
-
-def test_derivatives_of_a_free_run_against_differences():
-    rng = np.random.default_rng(1)
-    lags, hidden = 3, 4
-    p = 0.2 * rng.normal(size=7 + hidden * 7 + 2 * hidden + 1)
-    u, before = rng.normal(size=30), rng.normal(size=lags)
-    y, s = simulate(p, u, before, lags, hidden, derivatives=True)
-    for i in range(len(p)):
-        d = np.zeros(len(p))
-        d[i] = 1e-6
-        up, down = (simulate(p + e, u, before, lags, hidden)[0] for e in (d, -d))
-        np.testing.assert_allclose(s[:, i], (up - down) / 2e-6, atol=1e-8)
-    a, W1, b1, W2, b2 = p[:7], p[7:35].reshape(4, 7), p[35:39], p[39:43], p[43]
-    x = np.r_[u[2:6], y[2:5]]
-    np.testing.assert_allclose(y[5], a @ x + W2 @ np.tanh(W1 @ x + b1) + b2, rtol=1e-12)
-
-
-def test_graph_of_a_narx_network_is_the_free_run_of_its_parameters():
-    rng = np.random.default_rng(3)
-    lags, hidden = 3, 4
-    p = 0.2 * rng.normal(size=7 + hidden * 7 + 2 * hidden + 1)
-    u = rng.normal(size=50)
-    free, _ = simulate(p, u * 0.5, np.full(lags, 2.0 * 0.25), lags, hidden)
-    graph = assemble(p, lags, hidden, (0.5, 0.25), 2.0, Dataset.from_signal(u, u))
-    np.testing.assert_allclose(graph.run(u), free / 0.25, rtol=1e-12)
-
-
+@pytest.mark.stress
 def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
     """Trained on one multisine, run free on another; the plant is integrated by scipy."""
     h = 1 / 750
@@ -185,7 +104,7 @@ def test_narx_network_on_an_oscillator_with_a_bouc_wen_force():
 # ---- tables --------------------------------------------------------------------------------------------------------
 def test_static_plant_against_the_block_of_another_integrator():
     u = signals.nested_reversals(30, 2)
-    p = static_bouc_wen
+    p = boucwen_benchmark
     values = {"A": p.A, "beta": p.BETA, "gamma": p.GAMMA, "n": p.N}
     z = Graph.single(Node("z", "bouc_wen", {}, values)).run(u)[:, 1]
     np.testing.assert_allclose(p.response(u), p.OFFSET + p.LINEAR * u + p.WEIGHT * z, rtol=0, atol=1e-7)
@@ -222,6 +141,7 @@ def test_benchmark_without_its_file_says_so(tmp_path):
         reproduce("boucwen_benchmark", tmp_path)
 
 
+@pytest.mark.stress
 def test_s11_protocol_p1(measured):
     if not (measured / "dbo_piezo" / dbo_piezo.FILE).exists():
         pytest.skip("no dbo_piezo")

@@ -78,6 +78,7 @@ def test_networks_have_five_seeds_and_a_range(paper):
             assert low is None or low <= row[name] <= high, row["quantity"]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("paper", COMPLETE)
 def test_quick_rows_are_those_that_were_recorded(paper):
     rows = quick(paper)
@@ -85,6 +86,7 @@ def test_quick_rows_are_those_that_were_recorded(paper):
     assert not reasons.differences(rows, reasons.recorded(paper), RELATIVE)
 
 
+@pytest.mark.stress
 def test_a_figure_changed_on_the_page_is_stale(monkeypatch, tmp_path, capsys):
     text = PAGE.read_text()
     figure = re.search(r"\| 5\.751 \|", text)

@@ -235,6 +235,7 @@ def by_hand(model, u):
     return np.array(out)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("lags", [(3, 2, 0, 1, 2), (2, 0, 0, 1, 3), (2, 2, 2, 1, 1), (3, 3, 0, 0, 2), (1, 1, 1, 0, 2)])
 def test_free_run_against_a_plain_loop(data, lags, tmp_path):
     n_u, n_f, n_y, n_k, q = lags

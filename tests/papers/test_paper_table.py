@@ -9,9 +9,8 @@ from click.testing import CliRunner
 
 from hystfmu.cli import main
 from hystfmu.report.diagrams import Ratio, Ratios
-from papers.bounded import bounded
 from papers.row import Row
-from papers.table import Report, nearest
+from papers.table import Report, bounded, nearest
 
 
 @pytest.mark.parametrize(

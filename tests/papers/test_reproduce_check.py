@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from hystfmu import Dataset
 from hystfmu.cli import main
 from hystfmu.data import signals
-from papers import drawn_plants, dynamic_preisach, fresh_plants, loops, reproduce
+from papers import drawn_plants, fresh_plants, loops, reproduce, yu_alici_2005_smc
 from papers.loops import ASKED, ASKED_PERIODIC, CORNERS, Structure
 from papers.table import Report, figure
 
@@ -170,8 +170,8 @@ def relays(u, nodes):
 
 @pytest.mark.parametrize("dynamic", [False, True])
 def test_a_density_that_depends_on_the_rate_needs_equation_3(monkeypatch, dynamic):
-    monkeypatch.setattr(dynamic_preisach, "STEPS", STEPS)
-    monkeypatch.setattr(dynamic_preisach, "THIN", 1)
+    monkeypatch.setattr(yu_alici_2005_smc, "STEPS", STEPS)
+    monkeypatch.setattr(yu_alici_2005_smc, "THIN", 1)
     rng = np.random.default_rng(0)
     fine = np.linspace(-1, 1, 25)  # several relays in a cell
     density = [rng.uniform(0.5, 1, 24 * 25 // 2), 1e-2 * rng.uniform(0.5, 1, 24 * 25 // 2)]
@@ -183,17 +183,17 @@ def test_a_density_that_depends_on_the_rate_needs_equation_3(monkeypatch, dynami
     t = H * np.arange(3001)
     sweep = (1 - t / 4) * np.sin(2 * np.pi * (2 * t + 6 * t**2))
     record = Dataset.from_signal(sweep, plant(sweep), H)
-    model = dynamic_preisach.preisach(record, dynamic)
+    model = yu_alici_2005_smc.preisach(record, dynamic)
     error = 100 * np.std(model(sweep) - record.y) / record.span
     assert (error < 2.5) == dynamic, error
 
 
 def test_the_relay_and_the_plane_are_drawn():
-    relay, plane = dynamic_preisach.drawings()
+    relay, plane = yu_alici_2005_smc.drawings_of_relays()
     assert [figure(relay), figure(plane)] == ["fig. 4", "fig. 5"]
     u, y = relay.lines[0].x, relay.lines[0].y
-    assert set(y[u > dynamic_preisach.ALPHA]) == {1.0}
-    assert set(y[u < dynamic_preisach.BETA]) == {-1.0}
+    assert set(y[u > yu_alici_2005_smc.ALPHA]) == {1.0}
+    assert set(y[u < yu_alici_2005_smc.BETA]) == {-1.0}
     beta, alpha = plane.lines[1].x, plane.lines[1].y
     assert (np.diff(beta) >= 0).all()
     assert (np.diff(alpha) <= 0).all()

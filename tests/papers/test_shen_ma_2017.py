@@ -28,7 +28,7 @@ from hystfmu.identify.methods.constraint_factor_mlp import (
 )
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.model import accuracy
-from papers import Report, magnetostrictive_plant, reproduce, shen_ma_2017
+from papers import Report, reproduce, shen_ma_2017
 from papers.table import figure
 
 A = np.array([0.6, 0.5, 0.3])  # increasing
@@ -236,7 +236,7 @@ def test_the_magnetostrictive_actuator_without_pinning_follows_the_anhysteretic_
     """With c = 1 the magnetisation solves M = coth(H_e/a) - a/H_e, H_e = H + alpha M; the strain is its square."""
     from scipy.optimize import brentq
 
-    p = magnetostrictive_plant
+    p = shen_ma_2017
     monkeypatch.setattr(p, "REVERSIBLE", 1.0)
     x, bias = 0.4 * np.sin(np.linspace(0, 9, 4000)), 0.7
 
@@ -250,7 +250,7 @@ def test_the_magnetostrictive_actuator_without_pinning_follows_the_anhysteretic_
 
 def test_the_magnetostrictive_actuator_has_a_loop_and_is_asymmetric():
     x = np.sin(2 * np.pi * np.arange(600) / 200)
-    y = magnetostrictive_plant.strain(x, 1.0)
+    y = shen_ma_2017.strain(x, 1.0)
     up, down = y[350:450].max(), y[350:450].min()
     at_rest = y[400], y[500]  # the same field, rising and falling
     assert abs(at_rest[0] - at_rest[1]) > 0.05 * (up - down)

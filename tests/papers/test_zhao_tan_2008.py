@@ -223,7 +223,7 @@ def test_the_actuator_is_the_one_of_the_tests():
 
 @pytest.mark.stress
 def test_table_with_one_seed_and_less_data(monkeypatch):
-    """The whole table runs in `hystfmu reproduce`; what needs much data is in test_heldout (S2)."""
+    """The whole table runs in `make papers`; what needs much data is measured by S2 of `make bench`."""
     from papers import nested_loops, reproduce
 
     def short(data, key, *seed, **options):

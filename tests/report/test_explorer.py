@@ -82,6 +82,7 @@ def test_the_inverse_in_front(browser: Browser, file: Path, models: Models) -> N
     np.testing.assert_allclose(found["prandtl_ishlinskii"], found["wanted"], atol=1e-9)
 
 
+@pytest.mark.stress
 def test_keys_move_the_input_and_the_block_holds_its_turning_points(browser: Browser, file: Path) -> None:
     with opened(browser, file) as p:
         p.locator("canvas.loop").focus()
@@ -95,6 +96,7 @@ def test_keys_move_the_input_and_the_block_holds_its_turning_points(browser: Bro
     assert [round(float(v), 9) for v in u[1:-1][np.diff(np.sign(np.diff(u))) != 0]] == [80.0, 20.0, 61.0]
 
 
+@pytest.mark.stress
 def test_space_plays_the_signal_at_once_without_motion(browser: Browser, file: Path, models: Models) -> None:
     with opened(browser, file, reduced_motion="reduce") as p:
         p.locator("canvas.loop").focus()
@@ -108,6 +110,7 @@ def test_space_plays_the_signal_at_once_without_motion(browser: Browser, file: P
     assert same_bits(found["play_bank_mlp"], models["play_bank_mlp"].predict(found["u"]))
 
 
+@pytest.mark.stress
 def test_playing_moves_and_pauses(browser: Browser, file: Path) -> None:
     with opened(browser, file) as p:
         p.get_by_label("signal").select_option(label="random reversals")
@@ -144,6 +147,7 @@ def test_a_moved_parameter_gives_the_path_anew(browser: Browser, file: Path, mod
     assert same_bits(back["prandtl_ishlinskii"], before["prandtl_ishlinskii"])
 
 
+@pytest.mark.stress
 def test_a_damaged_model_is_told(browser: Browser, file: Path, models: Models, tmp_path: Path) -> None:
     good = base64.b64encode(models["prandtl_ishlinskii"].graph.to_bytes()).decode()
     bad = tmp_path / "bad.html"
@@ -154,6 +158,7 @@ def test_a_damaged_model_is_told(browser: Browser, file: Path, models: Models, t
         assert "a model cannot be opened" in p.get_by_role("alert").text_content()
 
 
+@pytest.mark.stress
 def test_hover_names_the_nearest_point(browser: Browser, file: Path) -> None:
     with opened(browser, file) as p:
         drag(p, [0.2, 0.8])
@@ -169,6 +174,7 @@ def test_hover_names_the_nearest_point(browser: Browser, file: Path) -> None:
         assert np.abs(found["u"] - float(text[1])).min() < 1e-3
 
 
+@pytest.mark.stress
 def test_a_finger_moves_the_input(browser: Browser, file: Path, models: Models) -> None:
     with opened(browser, file, has_touch=True, viewport={"width": 400, "height": 800}) as p:
         box = p.locator("canvas.loop").bounding_box()

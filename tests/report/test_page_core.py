@@ -79,6 +79,7 @@ def test_it_belongs_to_the_sources(tmp_path: Path) -> None:
     assert subprocess.run([*BUILD, other, "--check"]).returncode == 1
 
 
+@pytest.mark.stress
 def test_a_fresh_build_gives_its_bytes(tmp_path: Path) -> None:
     if importlib.util.find_spec("ziglang") is None or importlib.util.find_spec("zopfli") is None:
         pytest.skip("ziglang or zopfli is not installed: no compiler for pages")

@@ -80,6 +80,7 @@ def test_hover_reads_the_curves_and_links_plots_of_the_same_time(browser: Browse
         assert (x**2 + y**2, abs(y) < 0.1, numbers(p, 0)) == (pytest.approx(1, abs=0.02), True, [])
 
 
+@pytest.mark.stress
 def test_zoom_by_drag_wheel_and_keys_and_back(browser: Browser, file: Path) -> None:
     with opened(browser, file) as p:
         plot = p.locator("figure svg").nth(0)
@@ -126,6 +127,7 @@ def test_tables_sort_by_numbers_and_filter(browser: Browser, file: Path) -> None
         assert p.locator(".filter output").text_content() == "3 of 12 rows"
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("width", [1100, 800, 400])
 def test_numbers_and_names_beside_a_plot_leave_each_other_room(browser: Browser, tmp_path: Path, width: int) -> None:
     values = {
@@ -148,6 +150,7 @@ def test_numbers_and_names_beside_a_plot_leave_each_other_room(browser: Browser,
             assert box["x"] + box["width"] <= around["x"] + around["width"] + 1
 
 
+@pytest.mark.stress
 def test_the_list_of_checks_finds_planted_faults(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "bad.html"
     grey = '<p><font color="#999999">grey</font></p>'  # the policy of a page refuses attributes of style

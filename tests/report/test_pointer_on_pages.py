@@ -54,6 +54,7 @@ def test_the_matrix_sorts_by_a_scenario_and_says_what_the_data_say(browser: Brow
         assert all(r[column].endswith("ok") for r in rows if r[column])
 
 
+@pytest.mark.stress
 def test_a_cell_leads_to_its_case_by_pointer_and_key(browser: Browser, run: Path) -> None:
     with opened(browser, run) as p:
         fold = p.locator("details", has=p.locator('[id="sliding_mode/sine_100"]'))
@@ -68,6 +69,7 @@ def test_a_cell_leads_to_its_case_by_pointer_and_key(browser: Browser, run: Path
         assert p.locator('[id="pid/sine_10"] figure').first.is_visible()
 
 
+@pytest.mark.stress
 def test_wanted_reached_and_error_share_a_cursor(browser: Browser, run: Path) -> None:
     with opened(browser, run) as p:
         worst = p.locator(".hero > div").first
@@ -80,6 +82,7 @@ def test_wanted_reached_and_error_share_a_cursor(browser: Browser, run: Path) ->
         assert abs(error) < 5  # % of the stroke
 
 
+@pytest.mark.stress
 def test_a_page_of_400_px_scrolls_the_matrix_alone(browser: Browser, run: Path) -> None:
     with opened(browser, run, viewport={"width": 400, "height": 800}, color_scheme="dark") as p:
         assert p.evaluate("document.documentElement.scrollWidth") <= 400
@@ -132,6 +135,7 @@ def test_a_range_of_an_axis_chooses_draws(browser: Browser, study: Path) -> None
         assert float(field.get_attribute("aria-valuenow")) == pytest.approx(step.min() + np.ptp(step) / 6, rel=0.01)
 
 
+@pytest.mark.stress
 def test_a_dot_of_a_scatter_names_its_draw(browser: Browser, study: Path) -> None:
     step, b, _ = draws(study)
     last = step * b * (1 - math.exp(-2))
@@ -159,6 +163,7 @@ def test_two_runs_are_read_at_once(browser: Browser, made: Callable[[str], Path]
         assert signed == sorted(signed)
 
 
+@pytest.mark.stress
 def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, run: Path) -> None:
     case = next(c for c in Cases(SCENARIOS / "pid").cases if c.name == "sine_10")
     units = {p.name: p.own for p in build(case).parts}

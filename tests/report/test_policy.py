@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from opened_page import KINDS, Browser, dragged, opened
+from opened_page import EACH, Browser, dragged, opened
 
 import hystfmu as hy
 from hystfmu.base import PACKAGE
@@ -53,7 +53,7 @@ def check(text: str) -> dict[str, list[str]]:
     return rules
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", EACH)
 def test_the_policy_of_a_page_names_its_own_parts(made: Callable[[str], Path], kind: str) -> None:
     text = made(kind).read_text()
     compiles = "'wasm-unsafe-eval'" in check(text).get("script-src", ())
@@ -116,6 +116,7 @@ def test_in_the_demo(browser: Browser, made: Callable[[str], Path]) -> None:
     assert found["actuator"].tolist() == model.predict(found["u"]).tolist()  # bit for bit
 
 
+@pytest.mark.stress
 def test_in_the_docs(browser: Browser, tmp_path: Path) -> None:
     docs = ROOT / "python" / "docs"
     spec = importlib.util.spec_from_file_location("docs_build", docs / "build.py")
@@ -127,6 +128,7 @@ def test_in_the_docs(browser: Browser, tmp_path: Path) -> None:
     moves(browser, tmp_path / "explorer_alone.html")
 
 
+@pytest.mark.stress
 def test_in_a_wheel_that_is_built_from_the_source_archive(browser: Browser, tmp_path: Path) -> None:
     """The files of the wheel are those of the archive; compiled libraries come from this installation."""
     pytest.importorskip("scikit_build_core")

@@ -80,6 +80,7 @@ def test_a_long_case_tells_how_far_it_is(loop: Any, write: Any, divide: Divide, 
     assert seen == pytest.approx(parts)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 @pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
 def test_division_changes_no_bit(loop: Any, write: Any, divide: Divide, engine: Any, scheme: str) -> None:
@@ -228,7 +229,7 @@ def spec(kind: str, signal: str = "a.y", against: str | None = "b.y") -> MetricS
 def test_a_trace_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trace, "MOST_VALUES", 30)
     assert len(Trace.joined(divided(drawn_run(10), 5), 10).t) == 10
-    with pytest.raises(InputError, match=r"^a trace would hold 11 rows of 3 values, more than 30: take its chunks$"):
+    with pytest.raises(InputError, match=r"^a trace would contain 11 rows of 3 values, more than 30: use its chunks$"):
         Trace.joined(divided(drawn_run(11), 5), 11)
 
 
@@ -312,7 +313,7 @@ def test_a_metric_is_its_definition(kind: str, skip: int) -> None:
 
 def test_a_stroke_of_zero_is_refused_and_a_given_one_is_taken() -> None:
     rests = rows_of([1.0, 2.0], [3.0, 3.0])
-    with pytest.raises(InputError, match=r"^the stroke is zero: b\.y does not move; give 'stroke'$"):
+    with pytest.raises(InputError, match=r"^the stroke is zero: b\.y is constant; state 'stroke'$"):
         measure(metric("max_percent"), rests)
     assert measure(metric("max_percent", stroke=4.0), rests) == 50.0
     assert measure(metric("rms"), rests) == math.sqrt(2.5)

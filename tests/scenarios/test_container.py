@@ -51,6 +51,7 @@ def written(folder: Path, out: Path) -> None:
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi: int, coupling: str) -> None:
@@ -74,6 +75,7 @@ def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path:
     assert got.tobytes() == ours.tobytes()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_reference_fmu_in_a_container(loop: Any, write: Any, measured: Path, tmp_path: Path, version: int) -> None:
     """Feedthrough between controller and plant: foreign code, and the bits of `hystfmu run`."""
@@ -125,6 +127,7 @@ def typed(write: Any, fmi: int = 2, **changes: Any) -> Path:
     return folder
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_texts_whole_numbers_and_booleans(write: Any, tmp_path: Path, fmi: int) -> None:
     folder = typed(write, fmi)
@@ -163,7 +166,7 @@ def test_outputs_of_one_name_are_refused(write: Any, tmp_path: Path) -> None:
     data["connections"]["x_k.n"] = "reference.r"
     result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "box.fmu")])
     assert result.exit_code == 2
-    assert "x.k_k and x_k.k: both outputs would be called x_k_k in a container" in result.output
+    assert "x.k_k and x_k.k: both outputs would have the name x_k_k in a container" in result.output
 
 
 def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Path) -> None:
@@ -177,7 +180,7 @@ def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Pat
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
     result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "other.fmu")])
     assert result.exit_code == 2
-    assert "coupling.events: a container locates no events between steps; choose 'grid'" in result.output
+    assert "coupling.events must be 'grid': a container locates no events between steps" in result.output
 
 
 def tried(folder: Path, n: int = 1) -> list[str]:
@@ -240,14 +243,14 @@ def test_what_a_container_cannot_step_is_refused(foreign: Any, loop: Any, tmp_pa
     folder = foreign(coupling="iterative")
     result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
     assert result.exit_code == 2
-    assert "a container steps in order or all at once, not with iterative coupling" in result.output
+    assert "the coupling of a container must not be iterative" in result.output
     result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", "3", "-o", str(tmp_path / "box.fmu")])
-    assert "a loop with foreign FMUs becomes an FMU 2.0" in result.output
+    assert "a loop with foreign FMUs needs FMI 2.0" in result.output
     loop["coupling"] = {"scheme": "jacobi", "events": "grid"}
     loop["units"]["plant"]["hold"] = "first"
     (folder / "scenario.toml").write_text(tomli_w.dumps(loop))
     result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
-    assert "plant has a hold of its own: a container knows none" in result.output
+    assert "plant must have no hold, which a container does not support" in result.output
     assert not (tmp_path / "box.fmu").exists()
 
 
@@ -281,6 +284,7 @@ LIMITED = [  # line of the system file, place of a number in it, its least and l
 ]
 
 
+@pytest.mark.some(5)
 @pytest.mark.parametrize(("line", "place", "least", "most"), LIMITED)
 def test_a_number_outside_its_limits_is_damage(
     write: Any, tmp_path: Path, line: str, place: int, least: int, most: int | None
@@ -296,6 +300,20 @@ def test_a_number_outside_its_limits_is_damage(
         file.write_text("\n".join([*lines[:row], changed, *lines[row + 1 :]]))
         (said,) = tried(box)
         assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, value)
+
+
+@pytest.mark.parametrize("text", ["%4G", "%G4", "%4", "%00", "%4a"])
+def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: str) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    file = box / "resources" / "system.txt"
+    whole = file.read_text()
+    assert whole.count("unit x ") == 1
+    file.write_text(whole.replace("unit x ", f"unit {text} "))
+    (said,) = tried(box)
+    assert said.startswith("resources/system.txt is damaged near its byte ")
+    file.write_text(whole.replace("unit x ", "unit x%4A "))
+    assert tried(box) == []
 
 
 NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the signal has -8 to 8

@@ -116,7 +116,7 @@ def same(one: Trace | str, other: Trace | str) -> None:
 
 def without(data: dict[str, Any], line: str) -> None:
     """Take what a line refuses out of a scenario; the line names the unit, and the variable."""
-    if found := re.search(r"\b(x[0-9]+) (?:has substeps|runs once in several steps)", line):
+    if found := re.search(r"\b(x[0-9]+) must (?:have no substeps|run in every step)", line):
         for key in ("substeps", "every"):
             data["units"][found[1]].pop(key, None)
         return

@@ -57,6 +57,7 @@ LATE = [("jacobi", ("source", "lag")), ("jacobi", ("lag", "source")), ("gauss_se
 EARLY = [("gauss_seidel", ("source", "lag")), ("iterative", ("source", "lag")), ("iterative", ("lag", "source"))]
 
 
+@pytest.mark.some(5)
 @pytest.mark.parametrize(
     ("scheme", "order", "hold"), [(*x, "zoh") for x in (*EARLY, *LATE)] + [(*x, "foh") for x in EARLY]
 )
@@ -182,6 +183,7 @@ def test_events_on_the_grid_change_no_bit(write: Any, ripple: int) -> None:
         assert simulate(ready(write(data)), "native").values.tobytes() == located
 
 
+@pytest.mark.some(6)
 @pytest.mark.parametrize(
     "at", [0.05, 0.05 * (1 + 1e-14), 0.05 + 1e-10, 0.05 + 1e-8, 0.05 - 1e-10, 0.05 - 1e-8, 0.1999999999999, 1e-9]
 )

@@ -72,7 +72,7 @@ def test_a_pattern_stands_for_the_cases_of_the_other_file_that_run(loop: Any, wr
         assert {c.name: c.stop for c in found if c.name.startswith("a")} == dict.fromkeys(
             ("a_1", "a_2"), 0.025 if "stop" in case[-1] else 0.03
         )
-    with pytest.raises(InputError, match=r"child/scenario\.toml: case b\*: no other case"):
+    with pytest.raises(InputError, match=r"child/scenario\.toml: case b\*: the file that it extends has no case"):
         child(write, extends=below, case=[{"name": "b*"}])
     with pytest.raises(InputError, match=r"case\.0\.name"):
         Cases(write(loop | {"case": [{"name": "*"}]}))

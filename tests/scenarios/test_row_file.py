@@ -53,9 +53,9 @@ def test_options_without_effect_are_refused(
     path = write(loop)
     archive = write_ssp(Cases(path).cases[0], tmp_path / "loop.ssp", separate=True).path
     for words, part in [
-        ((path, "-o", tmp_path / "x.csv"), "2 would run; name one with --case"),
+        ((path, "-o", tmp_path / "x.csv"), "2 cases would run; select one with --case"),
         ((path, "--case", "three"), "--case three: no such case; there are one, two"),
-        ((path, "--case", "one", "--record"), "takes no --case"),
+        ((path, "--case", "one", "--record"), "not be combined with --case"),
         ((path, "--stop", "1"), "No such option '--stop'"),
         ((archive, "--junit", "x.xml"), f"'hystfmu simulate {archive}'"),
     ]:

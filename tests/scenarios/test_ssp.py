@@ -231,8 +231,8 @@ def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     ("old", "new", "message"),
     [
         (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
-        (b'name="plant"', b'name="pl ant"', "a component needs a name"),
-        (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "only one level of components"),
+        (b'name="plant"', b'name="pl ant"', "a component must have a unique name"),
+        (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "components must not be nested"),
         (b"1e-04", b"soon", "must be a number"),
         (b"</ssd:System>", b"", "SystemStructure.ssd: "),
     ],
@@ -275,16 +275,20 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
     result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(out)])
     assert result.exit_code == 2
     (line,) = result.output.splitlines()
-    assert "no FMU of a loop that does not reach its end: " in line
+    assert "a loop must run to its end for the export: " in line
     assert not out.exists()
 
 
 @pytest.mark.parametrize(
     ("unit", "change", "said"),
     [
-        ("pid", {"every": 2}, "pid runs once in several steps: SSP has one step"),
-        ("plant", {"substeps": 2}, "plant has substeps or a hold of its own: SSP knows neither"),
-        ("", {"scheme": "iterative"}, "the coupling is iterative: no reader of SSP archives iterates"),
+        ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
+        ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
+        (
+            "",
+            {"scheme": "iterative"},
+            "the coupling must not be iterative, which SSP does not support",
+        ),
     ],
 )
 def test_what_no_reader_of_an_ssp_does_is_refused(

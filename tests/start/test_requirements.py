@@ -75,6 +75,7 @@ def test_the_mode_of_the_record_gives_a_loop_faster_than_an_integral(record: Pat
     assert call("run", loop)[0] == call("margins", loop)[0] == 0
 
 
+@pytest.mark.stress
 def test_a_bandwidth_is_reached_or_refused_with_what_is_reachable(record: Path) -> None:
     status, told = start(record, "--bandwidth", 45, "--reference", "sine")
     assert status == 0
@@ -87,6 +88,7 @@ def test_a_bandwidth_is_reached_or_refused_with_what_is_reachable(record: Path) 
     assert not (record.parent / "mine" / "loop").exists(), "no loop stays that does not do what is asked"
 
 
+@pytest.mark.stress
 def test_a_controller_can_be_named_or_left_out(record: Path) -> None:
     status, told = start(record, "--controller", "ppf", "--reference", "sine")
     assert (status, told["verdict"]["controller"]) == (0, "ppf")
@@ -95,6 +97,7 @@ def test_a_controller_can_be_named_or_left_out(record: Path) -> None:
     assert "none is asked for" in told["verdict"]["reasons"][0]
 
 
+@pytest.mark.stress
 def test_an_error_below_what_the_device_gives_is_refused(record: Path) -> None:
     status, told = start(record, "--error", 1e-4, "--reference", "sine")
     assert status == 1

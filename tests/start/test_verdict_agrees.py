@@ -21,16 +21,8 @@ from hystfmu.cli import main
 
 SENTENCE = re.compile(r"verdict: (approved|not approved), (feedback|slow feedback|no feedback)")
 FEEDBACK = {"feedback": "full", "slow feedback": "slow", "no feedback": "none"}
-STUDIES = ("static_plays", "stage_chirp")  # 200 draws take long: the others are stress tests
-LONG = (
-    "battery",
-    "straight",
-    "noisy",
-    "bent",
-    "elastomer",
-    "decaying_sine",
-    "stage_reversals",
-)  # eight others run always
+QUICK = ("static_plays", "short")  # the records of the other devices are stress tests
+STUDIES = ("static_plays",)  # 200 draws
 CHOSEN = ("short", "bouc_wen", "creep_alone")  # the stress tests also let `start` choose the kind of these
 MODELS = {  # records whose kind is known: only the others wait for a choice
     "short": "prandtl_ishlinskii",
@@ -95,8 +87,9 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 
 PARAMETERS = [
-    *(n for n in RECORDS if n not in LONG),
-    *(pytest.param(n, marks=pytest.mark.stress) for n in (*LONG, *(f"{n} chosen" for n in CHOSEN))),
+    *QUICK,
+    *(pytest.param(n, marks=pytest.mark.stress) for n in RECORDS if n not in QUICK),
+    *(pytest.param(f"{n} chosen", marks=pytest.mark.stress) for n in CHOSEN),
 ]
 every_record = pytest.mark.parametrize("made", PARAMETERS, indirect=True, scope="module")
 
@@ -135,6 +128,7 @@ def _shown(value: float | None) -> str:
     return "not known" if value is None else "< 0.001" if value < 0.001 else f"{value:.3g}"
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("made", ["bent_stage"], indirect=True, scope="module")
 def test_a_fit_at_a_bound_with_an_error_far_above_the_noise_is_not_approved(made: Made) -> None:
     (why,) = {r["reason"] for r in made.verdict["references"]}

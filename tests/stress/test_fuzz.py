@@ -65,6 +65,7 @@ def statistic(report: str, name: str) -> int:
     return int(m[1])
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("name", ["fuzz_core", "fuzz_fmi"])
 def test_a_few_seconds(fuzzer: Callable[..., Path], tmp_path: Path, name: str) -> None:
     report = fuzz(fuzzer(name), tmp_path, 60, "-max_total_time=1")

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 
-distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +32,8 @@ def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def address(scratch: Path) -> Iterator[str]:
     """Two workers that run two tasks at a time."""
+    import distributed
+
     with pytest.MonkeyPatch.context() as m:
         m.setenv("TMPDIR", str(scratch))
         sizes = {"n_workers": 2, "threads_per_worker": 2}
@@ -46,6 +49,7 @@ def test_the_same_table_on_a_cluster(write: Any, tmp_path: Path, address: str) -
     assert remote.table.read_bytes() == local.table.read_bytes()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("interrupted", [False, True])
 def test_workers_keep_nothing_of_a_study(
     write: Any, tmp_path: Path, scratch: Path, address: str, interrupted: bool
@@ -77,7 +81,6 @@ def test_a_wrong_address_is_one_line(write: Any, tmp_path: Path, address: str) -
 
 
 # ---- page ------------------------------------------------------------------------------------------------------------
-pytest.importorskip("distributed", reason="the page needs Dask: pip install 'hystfmu[study]'")
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "python" / "docs" / "howto" / "cluster.md").read_text()
@@ -106,6 +109,7 @@ def running(command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
         process.kill()
 
 
+@pytest.mark.stress
 def test_the_two_commands_and_the_study_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import Client
 

@@ -170,6 +170,7 @@ def made(name: str) -> ModuleType:
     return module
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "folder",
     [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS],

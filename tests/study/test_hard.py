@@ -79,6 +79,7 @@ def stable(name: str, case: str, settings: dict[str, Any]) -> bool:
     return opened.stable(gain * (first + settings.get("plant.g0_k_2", 1 - first)), late)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", some(STABLE))
 def test_draws_of_today_inside_the_stated_ranges_are_stable(name: str) -> None:
     study = Study(SCENARIOS / name / "stable.study.toml")
@@ -113,6 +114,7 @@ def test_devices_beyond_are_unstable(name: str) -> None:
         assert not stable(name, case, settings), (what, beyond)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["pid", "internal_model", "repetitive", "h_infinity"])
 def test_a_light_or_a_second_mode_is_lost_in_the_simulation(name: str) -> None:
     """The devices that the issue names: damping 0.02, and 5 % of the gain at 1500 Hz with damping 0.01."""
@@ -144,6 +146,7 @@ def test_a_slow_sensor_and_jitter_do_what_they_say() -> None:
         open_loop(system("pid", "jitter", {}))
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", some(LOOPS))
 def test_recorded_errors_are_those_of_the_scenarios(name: str) -> None:
     again = script("run_hard").cases(name)

@@ -190,7 +190,7 @@ def test_a_grid_of_more_than_ten_million_points_is_refused(write: Any, tmp_path:
 def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> None:
     hy.study(write(), tmp_path / "out", workers=1)
     path = write(parameters={"command.step": {"range": [1, 2]}})
-    with pytest.raises(InputError, match="holds the table of a study with other parameters"):
+    with pytest.raises(InputError, match="contains the table of a study with other parameters"):
         hy.study(path, tmp_path / "out", workers=1)
 
 

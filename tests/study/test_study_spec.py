@@ -299,6 +299,7 @@ def test_every_law_starts_from_what_was_best_before(name: str) -> None:
     assert found["best"] <= found["first"]
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize(
     "name",
     [n if n == "stage/irc" else pytest.param(n, marks=pytest.mark.stress) for n in tuned.STAGE] + tuned.TRACKING,

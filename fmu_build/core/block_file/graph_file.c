@@ -1,4 +1,4 @@
-/* graph_file.c - reads a block file, which is an untrusted file, and refuses invalid content. */
+/* graph_file.c - reads a block file. The file is untrusted: invalid content is an error. */
 #include "core/block_file/graph_file.h"
 
 #include <string.h>
@@ -30,7 +30,7 @@ static double get_f64(hyst_cursor *c) {
   return v;
 }
 
-/* reads a name: length, bytes; copies it zero-terminated to `to` unless NULL.  Returns the bytes needed. */
+/* reads a name (length, bytes) and copies it zero-terminated to `to`, unless `to` is NULL. Returns the bytes needed. */
 static size_t get_name(hyst_cursor *c, char *to) {
   const uint32_t n = get_u32(c);
   if (c->bad || n == 0 || n > MOST_NAME || (size_t)(c->end - c->at) < n || memchr(c->at, 0, n)) return c->bad = 1, 0;
@@ -108,7 +108,7 @@ hyst_status hyst_read_nodes(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_
     n->values += k.p_file;
     if (b->rate == HYST_SAMPLED) n->kept += k.u;
     n->dims += b->n_dims;
-    if (get_u32(c) != (uint64_t)k.p_file || (c->end - c->at) / 8 < k.p_file) /* past the end: 0, marks it as bad */
+    if (get_u32(c) != (uint64_t)k.p_file || (c->end - c->at) / 8 < k.p_file) /* 0 past the end, marked as bad */
       return hyst_fail(e, HYST_E_FILE, b->name, NULL, "number of values");
     if (!g) {
       c->at += 8 * k.p_file;
@@ -195,7 +195,7 @@ hyst_status hyst_read_ports(hyst_cursor *c, hyst_totals *n, hyst_graph *g, hyst_
     p->type = hyst_type(row), p->reference = reference, p->size = size;
     for (int64_t k = 0; k < size; k++) g->port_of[reference + k] = i;
     if (row->kind != (hyst_kind)kind) return hyst_fail(e, HYST_E_WIRING, name, NULL, "");
-    if (kind == HYST_INPUT) { /* row: input of the first block that reads it; at: index among the inputs of the graph */
+    if (kind == HYST_INPUT) { /* row: input of the first reader; at: index among the inputs of the graph */
       if ((int64_t)at + size > g->n_external) return hyst_fail(e, HYST_E_WIRING, name, NULL, "");
       p->value = g->external + at;
     } else if ((hyst_is_parameter((hyst_kind)kind) || kind == HYST_OUTPUT) && (int64_t)at + size <= own) {

@@ -28,7 +28,7 @@ hyst_status hyst_graph_order(hyst_graph *g) {
   int i = 0;
   while (i < g->n_nodes && done[i]) i++;
   if (i == g->n_nodes) return HYST_E_OK;
-  for (int k = 0; k < g->n_nodes; k++) i = blocked(g, done, i); /* goes back until the loop is reached */
+  for (int k = 0; k < g->n_nodes; k++) i = blocked(g, done, i); /* goes back along the sources until a node repeats */
   const int first = i;
   hyst_error *e = &g->error;
   hyst_fail(e, HYST_E_LOOP, NULL, NULL, g->nodes[first].name);

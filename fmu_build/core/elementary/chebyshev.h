@@ -16,7 +16,7 @@ HYST_COLD static inline void hyst_chebyshev_fit(double *c, double half, hyst_of_
   for (int m = 0; m < 4 * HYST_CHEBYSHEV; m++) cosine[m] = hyst_cos(m * (HYST_2PI / (4 * HYST_CHEBYSHEV)));
   for (int j = 0; j < HYST_CHEBYSHEV; j++) value[j] = f(ctx, half * (1 + cosine[2 * j + 1]));
   for (int k = 0; k < HYST_CHEBYSHEV; k++) c[k] = 0;
-  for (int k = 0; k < HYST_CHEBYSHEV; k++) { /* last: powers in the k-th Chebyshev polynomial */
+  for (int k = 0; k < HYST_CHEBYSHEV; k++) { /* last: coefficients of the k-th Chebyshev polynomial */
     double sum = 0;
     for (int j = 0; j < HYST_CHEBYSHEV; j++) sum += value[j] * cosine[k * (2 * j + 1) % (4 * HYST_CHEBYSHEV)];
     for (int i = 0; i <= k; i++) c[i] += last[i] * sum * ((k > 0 ? 2.0 : 1.0) / (double)HYST_CHEBYSHEV);
@@ -28,7 +28,7 @@ HYST_COLD static inline void hyst_chebyshev_fit(double *c, double half, hyst_of_
   }
 }
 
-/* four sums in parallel, because one would wait for each of its products */
+/* four sums in parallel, because a single sum waits for each product */
 static inline double hyst_chebyshev(const double *c, double x) {
   const double x2 = x * x, x4 = x2 * x2;
   double a[4] = {0, 0, 0, 0};

@@ -24,7 +24,7 @@ typedef union {
 #define HYST_SIGN_BIT 0x8000000000000000u
 #define HYST_INF_BITS 0x7ff0000000000000u
 #define HYST_NAN_BITS 0x7ff8000000000000u
-#define HYST_HIGH_26_BITS 0xfffffffff8000000u /* keeps 26 significant bits: products of two such are exact */
+#define HYST_HIGH_26_BITS 0xfffffffff8000000u /* keeps 26 significant bits: products of two are exact */
 #define HYST_ROUNDER 6755399441055744.0       /* 1.5 * 2^52: adding it rounds to an integer, in the low bits */
 
 static inline uint64_t hyst_to_bits(double x) {
@@ -82,7 +82,7 @@ static inline double hyst_sqrt_digits(double x) {
     uint64_t trial = (root << 2) | 1, take;
     remainder = (remainder << 2) | pair;
     root <<= 1;
-    take = (uint64_t)0 - (remainder >= trial); /* a mask, because the digits of a root are unpredictable for branches */
+    take = (uint64_t)0 - (remainder >= trial); /* a mask, because branches on these digits are unpredictable */
     remainder -= trial & take;
     root |= take & 1;
   }
@@ -231,7 +231,7 @@ static inline double hyst_log_sum(double x, double *low) {
           r2 * ((0.20000000000000584 - r * 0.16666666605261532) +
                 r2 * ((0.14285714229891339 - r * 0.12501466052875762) + r2 * 0.11112443888241949));
   j_ln2 = j * HYST_LN2_OVER_64_HIGH;
-  sum1 = j_ln2 + r_high; /* the first term of each sum is 0 or the larger one, so that the errors are exact */
+  sum1 = j_ln2 + r_high; /* the first term of each sum is 0 or the larger term, so that the errors are exact */
   sum = sum1 - square;
   rest = ((r2 * r * cubic + (r_low - r_low * (r_high + 0.5 * r_low))) +
           (j * HYST_LN2_OVER_64_LOW - hyst_from_bits(hyst_exp2_table[2 * (i & 63)]))) +
@@ -258,7 +258,7 @@ static inline double hyst_pow(double x, double y) {
   if (y == 0.0 || x == 1.0) return 1.0;
   if (!(x >= 0.0) || y != y) return hyst_from_bits(HYST_NAN_BITS);
   if (x == 0.0 || !hyst_isfinite(x)) return (x == 0.0) == (y > 0.0) ? 0.0 : hyst_from_bits(HYST_INF_BITS);
-  if (y > 1e19) y = 1e19; /* overflow or underflow already: |ln x| >= 2^-53 */
+  if (y > 1e19) y = 1e19; /* overflow or underflow, because |ln x| >= 2^-53 */
   if (y < -1e19) y = -1e19;
   log_high = hyst_log_sum(x, &log_low);
   log_short = hyst_high_part(log_high);

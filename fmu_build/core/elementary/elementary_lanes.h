@@ -58,7 +58,7 @@ static inline hyst_lanes hyst_lanes_copysign(hyst_lanes x, hyst_lanes sign) {
 
 /* a[i] = f(a[i]) for n elements, at most HYST_LANES_MOST: each stage for all elements before the next, because a single
  * element would mostly wait for its own latency; one by one if the formula does not hold for all. */
-enum { HYST_LANES_MOST = 64 / HYST_LANES }; /* with a bound of 8 gcc unrolls every loop and is slower */
+enum { HYST_LANES_MOST = 64 / HYST_LANES }; /* with a bound of 8, gcc unrolls every loop, which is slower */
 #define HYST_LANES_FUNCTION(f, REDUCED)                                                                \
   static inline void hyst_lanes_##f(hyst_lanes *a, int n) {                                            \
     hyst_lanes_exp_parts e[HYST_LANES_MOST];                                                           \

@@ -17,7 +17,7 @@ static inline unsigned hyst_reduce_pi_2(double x, double *r, double *r_low) {
     } else {
       q = hyst_from_bits(hyst_to_bits(q) & 0xfffffffe00000000u);
     }
-    if (hyst_fabs(q) < 4503599627370496.0) quadrant += (unsigned)((int64_t)q & 3); /* otherwise a multiple of 4 */
+    if (hyst_fabs(q) < 4503599627370496.0) quadrant += (unsigned)((int64_t)q & 3); /* otherwise q is a multiple of 4 */
     high -= q * 1.5707963267341256;
     high = hyst_two_sum(high, -(q * 6.077100506303966e-11), &error1);
     high = hyst_two_sum(high, -(q * 2.0222662487111665e-21), &error2);

@@ -2,7 +2,7 @@
 #ifndef HYST_LIMIT_H
 #define HYST_LIMIT_H
 
-#define HYST_NO_LIMIT 1e300 /* "no limit", since parameters must be finite */
+#define HYST_NO_LIMIT 1e300 /* means "no limit", because parameters must be finite */
 
 /* lo <= hi.  One bound after the other compiles to minimum and maximum without branches, unlike nested conditions. */
 static inline double hyst_clamp(double u, double lo, double hi) {

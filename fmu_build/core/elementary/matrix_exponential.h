@@ -12,7 +12,7 @@
 /* doubles of workspace for an n by n matrix: M, the result, a product */
 #define HYST_EXPM_WORK(n) (6 * (n) * (n))
 
-/* C = A B / divisor; skips zeros of A, which companion matrices have many of */
+/* computes C = A B / divisor; skips zeros of A, of which companion matrices have many */
 static inline void hyst_dd_matmul(int n, const hyst_dd *A, const hyst_dd *B, double divisor, hyst_dd *C) {
   for (int i = 0; i < n; i++) {
     for (int j = 0; j < n; j++) C[i * n + j] = hyst_dd_of(0);

@@ -1,18 +1,17 @@
 /* root.h - finds the u in [lo, hi] at which an output has its wanted value: bracketed, bounded, deterministic.
  *
- * Secants.  While the output is monotone on the points tried, the last root and the one before start a secant iteration
- * with inverse quadratic interpolation: 2 to 4 evaluations for a small step of a smooth output.
+ * Secants. While the output is monotone on the trial points, a secant iteration with inverse quadratic interpolation
+ * starts at the last two roots. It needs 2 to 4 evaluations for a small step of a smooth output.
  *
- * Bracketing, where they do not close in on a root.  Rings around the last u, with radii doubling from 1/1024 of the
- * range, are searched for a sign change of output - wanted, in each ring first on the side where an increasing output
- * would approach the wanted value; the first sign change brackets the root.  So among several roots (of an output that
- * is not monotone) the nearest is found, up to the width of its ring; two roots within one ring may be missed.  Without
- * a sign change the result is the bound with the closer output (for equal distances, the upper one if the output is too
- * low), or a searched point that is closer still: an extremum of the output, around which the search is repeated until
- * no ring comes closer.
+ * Bracketing is used if the secants do not converge. It searches rings around the last u for a sign change of output -
+ * wanted. Their radii double from 1/1024 of the range. Each ring is first searched on the side where an increasing
+ * output approaches the wanted value. The first sign change brackets the root. If there are several roots, the result
+ * is the nearest one, except that two roots within one ring may be missed. Without a sign change, the result is the
+ * bound with the closer output (for equal distances, the upper bound if the output is too low) or a closer searched
+ * point. Such a point is an extremum of the output; the search is repeated around it until no ring comes closer.
  *
  * Iteration: Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic interpolation where it
- * is safe, else bisection. */
+ * is safe, otherwise bisection. */
 #ifndef HYST_ROOT_H
 #define HYST_ROOT_H
 #include "core/elementary/elementary.h"
@@ -30,14 +29,14 @@ static inline double hyst_root_between(hyst_residual f, void *ctx, double a, dou
   for (int i = 0; i < MOST; i++) {
     if (!(t > 0 && t < 1)) t = 0.5; /* infinite or NaN outputs */
     const double at = a + t * (b - a), f_at = f(ctx, at);
-    double c = b, fc = fb; /* the point dropped from the bracket */
+    double c = b, fc = fb; /* last point that left the bracket */
     if (hyst_opposite(f_at, fa)) b = a, fb = fa;
     else c = a, fc = fa;
     a = at, fa = f_at;
     const int nearer_a = hyst_fabs(fa) < hyst_fabs(fb);
     x = nearer_a ? a : b;
     *off = nearer_a ? fa : fb;
-    const double least = (4.5e-16 * hyst_fabs(x) + fine) / hyst_fabs(b - a); /* of the bracket, for a step */
+    const double least = (4.5e-16 * hyst_fabs(x) + fine) / hyst_fabs(b - a); /* minimum step / bracket */
     if (*off == 0 || !(least < 0.5)) break;
     const double xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
     t = 0.5;
@@ -48,13 +47,13 @@ static inline double hyst_root_between(hyst_residual f, void *ctx, double a, dou
   return x;
 }
 
-/* one search around centre; *off: from that at centre to that at the result; *more: the result is an inner point that
+/* one search around centre; *off: at first that at centre, then at the result; *more: the result is an inner point that
  * is no root */
 static inline double hyst_root_around(hyst_residual f, void *ctx, double lo, double hi, double centre, double *off,
                                       int *more) {
-  const double range = hi - lo, rise = *off < 0 ? 1 : -1; /* the side on which an increasing output approaches */
+  const double range = hi - lo, rise = *off < 0 ? 1 : -1; /* the side of an increasing output */
   double at[2] = {centre, centre}, f_at[2] = {*off, *off}, best = centre;
-  double radius = range / 1024; /* counted, because in a tiny range the radius would stay 0 */
+  double radius = range / 1024; /* the rings are counted, because the radius stays 0 in a tiny range */
   *more = 0;
   for (int ring = 0; ring <= 10 && *off != 0; ring++, radius *= 2)
     for (int other = 0; other < 2; other++) {
@@ -94,7 +93,7 @@ static inline int hyst_root_by_secants(hyst_residual f, void *ctx, double lo, do
   for (int i = 0; i < MOST; i++) {
     const double between = (b.u - a.u) / (b.off - a.off), fine = 4.5e-16 * hyst_fabs(b.u) + 1e-16 * range;
     if (b.off == 0) return *last = b, 1;
-    if (!(between * slope > 0)) return 0; /* not monotone, or at a limit */
+    if (!(between * slope > 0)) return 0; /* the output is not monotone, or u is at a limit */
     double step = -b.off * between;
     const double bend = b.off * a.off * (between - slope) / (b.off - before.off);
     if ((onward || i > 0) && hyst_fabs(bend) < 0.5 * hyst_fabs(step)) step += bend;
@@ -117,12 +116,12 @@ static inline int hyst_root_by_secants(hyst_residual f, void *ctx, double lo, do
 /* last: in [lo, hi], its `off` may be a guess; before: the root before it; *off: output - wanted at the result */
 static inline double hyst_root(hyst_residual f, void *ctx, double lo, double hi, hyst_tried before, hyst_tried last,
                                double *off) {
-  enum { MOST = 8 }; /* each search leaves a third of the distance: enough to reach the smallest ring */
+  enum { MOST = 8 }; /* each search reduces the distance to a third, so the smallest ring is reached */
   if (hyst_root_by_secants(f, ctx, lo, hi, before, &last)) return *off = last.off, last.u;
   int more = 1;
   double u = last.u;
   *off = f(ctx, u);
-  if (*off != last.off) { /* the guess was wrong: the model changed otherwise than by u */
+  if (*off != last.off) { /* the guess was wrong, because the model did not change by u alone */
     last.off = *off;
     if (hyst_root_by_secants(f, ctx, lo, hi, before, &last)) return *off = last.off, last.u;
   }

@@ -103,7 +103,7 @@ hyst_status hyst_graph_sample(hyst_graph *g, double t, double dt) {
       hyst_evaluate_node(g, n, t);
     }
   }
-  hyst_graph_evaluate(g, t); /* blocks that precede a sampled one in the file */
+  hyst_graph_evaluate(g, t); /* blocks that precede a sampled block in the file */
   hyst_look_behind(g);
   return HYST_E_OK;
 }

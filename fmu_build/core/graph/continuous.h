@@ -19,9 +19,9 @@ int64_t hyst_graph_n_continuous(const hyst_graph *g);
  * Python. */
 double *hyst_graph_continuous(hyst_graph *g, int64_t k);
 const hyst_var *hyst_graph_continuous_row(const hyst_graph *g, int64_t k, const hyst_node **node);
-int hyst_graph_is_sampled(const hyst_graph *g); /* whether Model Exchange needs a sample period */
-/* Whether steps of another length are another model: of a sampled block, and of a memory that sees its source at the
- * steps only, since the graph follows the time or reads, in a loop, outputs of the last step. */
+int hyst_graph_is_sampled(const hyst_graph *g); /* returns 1 if Model Exchange needs a sample period */
+/* Returns 1 if the length of the step changes the model: for a sampled block, and for a memory whose source is known
+ * only at the steps, because the graph depends on the time or reads outputs of the last step in a loop. */
 int hyst_graph_needs_step(const hyst_graph *g);
 /* outputs at time t for the current inputs and continuous states, in topological order; the memory stays unchanged */
 void hyst_graph_evaluate(hyst_graph *g, double t);

@@ -29,7 +29,7 @@ typedef struct {
   double *p, *u, *y, *x;
   int64_t n_p, n_u, n_y, n_x;
   double *du, *dy; /* seeds and tangents of u and y, used by hyst_graph_tangent() only; not part of the state */
-  int64_t n_c;     /* number of continuous states, the first of x */
+  int64_t n_c;     /* number of continuous states, the first elements of x */
   int64_t time;    /* index of the time in u, or -1 */
   int64_t first_wire, n_wires; /* wires, gathered into u before update() */
   int tried_by;                /* block with trials whose model contains this node, or -1 */
@@ -56,7 +56,7 @@ typedef struct {
   char *names;
   double *p, *p_file;               /* all parameters; their values in the file */
   double *external, *external_file; /* inputs of the graph; their start values */
-  double *state; /* all that a run changes: last step, all x, all y, u of sampled blocks, inputs of the graph */
+  double *state; /* all values that a run changes: last step, all x, all y, u of sampled blocks, inputs of the graph */
   int64_t n_p, n_state, n_external;
   int changed; /* parameters were set since the last prepare() */
   double dt;   /* the step of the derived values of STEP blocks */
@@ -68,7 +68,7 @@ typedef struct {
 static inline const hyst_port *hyst_graph_port(const hyst_graph *g, int64_t reference) {
   return reference >= 0 && reference < g->n_references ? g->ports + g->port_of[reference] : NULL;
 }
-static inline hyst_status hyst_check_port(const hyst_port *p, double value) { /* the same, faster for a real number */
+static inline hyst_status hyst_check_port(const hyst_port *p, double value) { /* same check, faster for a real */
   if (p->type == HYST_REAL && value > p->row->lo && value < p->row->hi) return HYST_E_OK; /* hence finite */
   return hyst_check(p->row, value);
 }

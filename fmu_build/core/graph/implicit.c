@@ -15,16 +15,16 @@ static const char *unfit(const hyst_node *n) {
   return NULL;
 }
 
-/* whether the output of a block follows from its states alone */
+/* returns 1 if the output of a block depends only on its states */
 static int holds(const hyst_node *n) { return n->block->feedthrough && !n->block->feedthrough(n->dim, n->p); }
 
-/* marks the sources of node k as the model of i: those of input h if k is i, else all */
+/* marks the sources of node k as the model of node i; if k is i, only the sources of input h */
 static hyst_status mark(hyst_graph *g, int i, int k) {
   const hyst_node *n = g->nodes + k;
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++) {
-    if (w->source < 0 || w->source == i || (k == i && !hyst_closes_implicit(n, w))) continue; /* inputs hold */
+    if (w->source < 0 || w->source == i || (k == i && !hyst_closes_implicit(n, w))) continue; /* constant inputs */
     hyst_node *source = g->nodes + w->source;
-    if (w->source < i && holds(source)) continue; /* known before the search */
+    if (w->source < i && holds(source)) continue; /* this source is known before the search */
     const char *wrong = unfit(source);
     if (!wrong && (w->source < i || (k > i && w->source > k)))
       wrong = "the model of an implicit inverse must follow it in the order of the file";
@@ -76,7 +76,7 @@ double hyst_implicit_solve(const hyst_graph *g, const hyst_node *n, double t, in
   trial c = {g, n, t, starting};
   const double lo = n->p[HYST_IMPLICIT_LO], hi = n->p[HYST_IMPLICIT_HI], wanted = n->u[HYST_IMPLICIT_WANTED];
   const double *asked = n->x + HYST_IMPLICIT_ASKED, *before = n->x + HYST_IMPLICIT_BEFORE;
-  /* the output at the last root as it was then: parameters may have changed */
+  /* uses the stored output at the last root, because parameters may have changed */
   hyst_tried last = {hyst_clamp(n->x[HYST_IMPLICIT_ROOT], lo, hi), asked[0] + asked[3] - wanted};
   const hyst_tried older = {before[0], before[1] - wanted};
   const int again = wanted == asked[0] && lo == asked[1] && hi == asked[2];

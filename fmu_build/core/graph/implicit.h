@@ -1,18 +1,18 @@
 /* implicit.h - blocks whose output the graph finds by trial (hyst_block.trial), such as implicit_inverse: values of u
  * are tried on other blocks until their output, the input h, equals the wanted value, the first input.
  *
- * The model of such a block consists of all blocks that h depends on.  They must depend on u and on inputs of the graph
- * alone, which hold during the search, be static (functions and hysteretic blocks) and follow the block in the file in
- * topological order; hyst_implicit_check() refuses all else.  They may also read blocks without direct feed-through
- * that precede it in the file, such as the lags of a creep: these have made their step from the last root and are
- * constant during the search.  A wire into h is no algebraic loop.  Because the inverse is a block and not a flag of
- * the file, it can occur anywhere and several times, in closed loops and fused scenarios, and the parameters of the
- * model stay visible and tunable.
+ * The model of such a block consists of all blocks that h depends on. These blocks must depend only on u and on inputs
+ * of the graph, which are constant during the search. They must be static (functions and hysteretic blocks) and follow
+ * the inverse in the file in topological order; hyst_implicit_check() reports all other blocks. They may also read
+ * blocks without direct feed-through that precede the inverse in the file, such as the lags of a creep: these lags have
+ * made their step and are constant during the search. A wire into h is no algebraic loop. The inverse is a block, not a
+ * flag of the file. Therefore a graph may contain several inverses, also in closed loops, and the parameters of the
+ * model stay tunable.
  *
- * Equal requests get equal results, to the last bit.  A search from the last root would end with other last bits, so an
- * importer that updates a unit twice at one time would see other outputs than one that updates once.  Hence the memory
- * holds the request of the root and h - y there: if they are unchanged (the parameters of the model may have changed),
- * the root stays.  The root before it and the output there give the next search its first slope. */
+ * Equal requests give bit-identical results. A second search from the last root would change the last bits, so an
+ * importer that updates a unit twice at the same time would get different outputs. Therefore the memory contains the
+ * request of the root, and h - y at the root. If both are unchanged, the root stays; h - y changes if parameters of
+ * the model change. The previous root and its output give the first slope of the next search. */
 #ifndef HYST_IMPLICIT_FILE_H
 #define HYST_IMPLICIT_FILE_H
 #include "core/graph/graph.h"
@@ -23,7 +23,7 @@ enum { HYST_IMPLICIT_LO, HYST_IMPLICIT_HI };                                /* p
 enum { HYST_IMPLICIT_WANTED };                                              /* u; input k has index k - 1 */
 enum { HYST_IMPLICIT_ROOT, HYST_IMPLICIT_ASKED, HYST_IMPLICIT_BEFORE = 5 }; /* x; request: y, lo, hi, h - y */
 
-/* whether this wire carries the output of the model */
+/* returns 1 if this wire carries the output of the model */
 static inline int hyst_closes_implicit(const hyst_node *n, const hyst_wire *w) {
   return n->block->trial && w->to == n->u + n->block->trial - 1;
 }

@@ -22,7 +22,8 @@ static inline void hyst_rest(const hyst_node *n) {
   if (n->block->init) n->block->init(n->dim, n->p, n->x);
 }
 
-/* A delay knows its output before its first input; blocks in front of it in the order read that. */
+/* Returns 1 for a block such as a delay, whose output is known before its first input. Blocks that precede it in the
+ * order read this output. */
 static inline int hyst_says_first(const hyst_node *n) {
   const hyst_block *const b = n->block;
   return b->rate == HYST_SAMPLED && b->feedthrough && !b->feedthrough(n->dim, n->p);
@@ -36,8 +37,8 @@ static inline void hyst_copy(double *to, const double *from, int64_t n) {
   if (n > 2) memcpy(to + 2, from + 2, (size_t)(n - 2) * sizeof *to);
 }
 
-/* A master that computes the step as a difference of times has a different rounding in every step, which must not
- * change the discretisation: a step that differs from the last one only by rounding is replaced by the last one. */
+/* If a master computes the step as a difference of times, each step has a different rounding error, which must not
+ * change the discretisation. A step that differs from the last step only by rounding is replaced by the last step. */
 static inline double hyst_same_step(double dt, double last, double t_end) {
   const double off = dt > last ? dt - last : last - dt, t = t_end < 0 ? -t_end : t_end;
   return last > 0 && off <= 4.5e-16 * (t + last) ? last : dt; /* two units in the last place of the times */
@@ -50,16 +51,16 @@ static inline void hyst_gather(const hyst_graph *g, const hyst_node *n, double t
   if (n->time >= 0) n->u[n->time] = t;
 }
 
-/* gathers the inputs from node i and later nodes in the file, or the others */
+/* gathers the inputs from node i and later nodes of the file, or those from earlier nodes */
 static inline void hyst_gather_from(const hyst_graph *g, int i, int behind) {
   const hyst_node *n = g->nodes + i;
   for (const hyst_wire *w = g->wires + n->first_wire, *end = w + n->n_wires; w < end; w++)
     if ((w->source >= i) == behind) hyst_copy(w->to, w->from, w->size);
 }
 
-/* In a step a block reads later blocks as they were after the last step.  In continuous time these go on between two
- * samples and would be read a sample too early.  So a sampled block stores such inputs right after a sample, and reads
- * the others when it advances. */
+/* In a step, a block reads the outputs of later blocks after the last step. In continuous time, these outputs change
+ * between two samples. So a sampled block stores such inputs right after a sample, and reads the other inputs when it
+ * advances. */
 static inline void hyst_look_behind(const hyst_graph *g) {
   for (int i = 0; i < g->n_nodes; i++)
     if (g->nodes[i].block->rate == HYST_SAMPLED) hyst_gather_from(g, i, 1);

@@ -31,7 +31,7 @@ double *hyst_graph_state(hyst_graph *g, int64_t *n) {
 const hyst_error *hyst_graph_error(const hyst_graph *g) { return &g->error; }
 
 /* ---- running ----------------------------------------------------------------------------------------------------- */
-/* before the first step: inputs (unconnected ones keep these values), outputs and states of the table */
+/* values before the first step: inputs (unconnected inputs keep them), outputs and states of the table */
 static void start_values(hyst_graph *g) {
   g->state[0] = 0;
   for (const hyst_node *n = g->nodes, *end = n + g->n_nodes; n < end; n++) hyst_fill(n, HYST_INPUT);
@@ -81,7 +81,7 @@ hyst_status hyst_graph_start(hyst_graph *g, double t) {
 }
 
 static inline hyst_status ready(hyst_graph *g, double t_end, double *dt) {
-  double *last = g->state; /* part of the state, so that a restored run continues with the same bits */
+  double *last = g->state; /* is part of the state, so that a restored run is bit-identical */
   if (*dt != *last) *dt = hyst_same_step(*dt, *last, t_end);
   if (*dt != g->dt || g->changed) {
     const hyst_status s = prepare(g, *dt, g->changed ? 0 : HYST_STEP);
@@ -101,9 +101,10 @@ static inline hyst_status step(hyst_graph *g, double t_end, double dt) {
 
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt) { return step(g, t_end, dt); }
 
-/* Callers that add up their steps bring rounding along, which sources would follow and a quantiser behind one would
- * turn into levels.  A step of the model that ends at one, give or take what k additions round (half a unit in the last
- * place each), ends there: at the time of hyst_graph_run() and of masters that count.  Others end at t + h. */
+/* The times of callers that add up their steps contain rounding errors. Sources would depend on them, and a quantiser
+ * would amplify them to whole levels. Therefore a step ends at the exact multiple of the step of the model if the
+ * difference is at most the rounding error of k additions (half a unit in the last place each). Other steps end at t +
+ * h. */
 double hyst_graph_end_of_step(const hyst_graph *g, double start, double t, double h) {
   const double step = g->step, end = t + h;
   if (!(step > 0) || hyst_same_step(h, step, end) != step) return end;
@@ -119,7 +120,7 @@ hyst_status hyst_graph_run(hyst_graph *g, int64_t n, double t0, double h, const 
   const int64_t n_external = g->n_external;
   for (int64_t i = 0; i < n; i++) {
     if (n_external > 0) hyst_copy(g->external, u, n_external), u += n_external;
-    /* t + h, not t0 + i h, to get the same bits as a master that calls doStep(t, h) */
+    /* t + h, not t0 + i h, so that the result is bit-identical to that of a master that calls doStep(t, h) */
     const hyst_status s = i == 0 ? hyst_graph_start(g, t0) : step(g, t0 + (double)(i - 1) * h + h, h);
     if (s) return s;
     for (const hyst_port *p = first; p < end; p++)

@@ -11,8 +11,7 @@ void hyst_graph_defaults(hyst_graph *g);                  /* resets all values t
 hyst_status hyst_graph_prepare(hyst_graph *g, double dt); /* after parameters changed */
 hyst_status hyst_graph_start(hyst_graph *g, double t);    /* states from the parameters, then the first outputs */
 hyst_status hyst_graph_step(hyst_graph *g, double t_end, double dt);
-/* What start and step do before the first block advances, for a pass of one's own over the blocks; dt: the step that
- * they take. */
+/* First part of start and step, before the first block advances, for other passes over the blocks; dt: their step. */
 hyst_status hyst_graph_rest(hyst_graph *g);
 hyst_status hyst_graph_ready(hyst_graph *g, double t_end, double *dt);
 /* t_end of a step of h at t for a caller with a clock of its own, which began at `start` */

@@ -72,7 +72,7 @@ void hyst_graph_tangent(hyst_graph *g, const double *d_external, const double *d
     for (int i = 0; i < g->n_nodes; i++) {
       const hyst_node *n = g->nodes + g->order[i];
       if (pass == 1 && n->n_c == 0) continue;
-      if (n->block->rate == HYST_SAMPLED) { /* holds its output and the inputs of the last sample */
+      if (n->block->rate == HYST_SAMPLED) { /* such a block holds its output and the inputs of the last sample */
         for (int64_t k = 0; k < n->n_y; k++) n->dy[k] = 0;
         continue;
       }

@@ -50,7 +50,7 @@ static inline hyst_turn hyst_everett_turn(const hyst_everett *l, const double *m
   return t;
 }
 
-/* the cell that x enters in the direction of the seed */
+/* returns the cell that x enters in the direction of the seed */
 static inline int hyst_everett_cell_toward(const hyst_everett *l, double x, int steps, double seed, double *rest) {
   const int i = hyst_everett_cell(l, x, steps, rest);
   if (*rest > 0 || seed > 0 || i == 0) return i;

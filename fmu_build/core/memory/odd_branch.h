@@ -69,7 +69,7 @@ static inline double hyst_odd_least_slope(const hyst_odd *l, int first) {
   double least = HYST_INF;
   for (int i = first; i <= HYST_ODD_CELLS; i++) {
     const double s = hyst_odd_slope(l, l->d_max * i / HYST_ODD_CELLS);
-    if (!(s >= least)) least = s; /* also for NaN */
+    if (!(s >= least)) least = s; /* also true for NaN */
   }
   return least;
 }
@@ -89,7 +89,7 @@ static inline double hyst_odd_inverse(const void *ctx, double v) {
     if (e < 0) lo = d;
     else hi = d;
     double step = newton;
-    /* the comparisons fail for a slope of 0 or NaN */
+    /* the comparisons are false for a slope of 0 or NaN */
     if (!(d - newton >= lo && d - newton <= hi && hyst_fabs(newton) <= 0.5 * before)) step = d - (lo + 0.5 * (hi - lo));
     before = hyst_fabs(step);
     d -= step;

@@ -21,7 +21,7 @@ static inline const double *hyst_piecewise_at(const hyst_piecewise *f, double q)
   const int n = f->n;
   const double *segment = f->row + n, *bucket = f->row + 3 * n + 2, *last = f->row + 4 * n + 2;
   const double place = q * last[0]; /* the scale: buckets per unit of q */
-  /* q < 0 only with an invalid saved memory */
+  /* q < 0 is possible only with an invalid saved memory */
   const double *knot = f->row + (int)bucket[place >= n ? n - 1 : place >= 0 ? (int)place : 0];
   int left = (int)last[1]; /* knots in the fullest bucket */
   while (left > 1) {

@@ -14,7 +14,7 @@ static inline double hyst_play_tangent(double z, double u, double r, double seed
   return z < up || z > down || (z == up && seed > 0) || (z == down && seed < 0) ? seed : 0;
 }
 
-/* -1, 1: the play takes u - r, u + r; 0: it rests.  A tie counts as motion. */
+/* -1: z = u - r; 1: z = u + r; 0: the play rests. If both are possible, the play moves. */
 static inline int hyst_play_side(double z, double u, double r) { return z <= u - r ? -1 : z >= u + r ? 1 : 0; }
 
 #endif

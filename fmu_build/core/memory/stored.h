@@ -3,7 +3,7 @@
 #ifndef HYST_STORED_H
 #define HYST_STORED_H
 
-/* the integer if it is in 0..most, else 0 */
+/* returns the integer if it is in 0..most, else 0 */
 static inline int hyst_stored(double value, int most) { return value >= 0 && value <= most ? (int)value : 0; }
 
 #endif

@@ -39,7 +39,7 @@ typedef struct {
 static inline hyst_turn hyst_turn_wipe_out(const double *m, int depth, double x, double x0) {
   const double *xs = m + HYST_TP_LIST;
   hyst_turn t = {m[HYST_TP_DIRECTION], m[HYST_TP_H], hyst_stored(m[HYST_TP_COUNT], depth)};
-  if (x == m[HYST_TP_X]) return t; /* a plateau is not a reversal */
+  if (x == m[HYST_TP_X]) return t; /* a plateau is no reversal */
   const double s = hyst_copysign(1, x - m[HYST_TP_X]);
   int n = t.count + (t.direction * s < 0); /* after a reversal the last input, already in the list, is an extremum */
   while (n >= 2 && s * x >= s * xs[n - 2]) n -= 2; /* x passed the extremum before the newest one */
@@ -82,7 +82,7 @@ static inline hyst_turn hyst_turn_last(const double *m, int depth, double x, dou
 typedef double (*hyst_branch_slope)(const void *g, double d, int grows); /* g'(d) for increasing or decreasing d */
 
 /* Direction and count as in hyst_turn_wipe_out(), for an input that continues from x in the direction of the seed,
- * which decides whether x is an extremum and whether a loop that closes at x is wiped out. */
+ * which decides if x is an extremum, and if a loop that closes at x is wiped out. */
 static inline hyst_turn hyst_turn_toward(const double *m, int depth, double x, double x0, double seed) {
   const double *xs = m + HYST_TP_LIST;
   const double s = hyst_copysign(1, x == m[HYST_TP_X] ? seed : x - m[HYST_TP_X]);
@@ -133,7 +133,7 @@ static inline double hyst_turn_chosen_slope(double memory, const double *m, int 
 /* Stores the result of hyst_turn_...() in the memory. */
 static inline void hyst_tp_commit(double *m, int depth, double x, hyst_turn t) {
   double *xs = m + HYST_TP_LIST, *hs = xs + depth + 1;
-  if (t.count > depth) { /* full: drops the smallest stored loop; the newest extremum takes its place */
+  if (t.count > depth) { /* if the list is full, the newest extremum replaces the smallest stored loop */
     t.count = depth - 1;
     xs[depth - 2] = xs[depth];
     hs[depth - 2] = hs[depth];

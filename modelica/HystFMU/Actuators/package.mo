@@ -1,7 +1,7 @@
 within HystFMU;
-package Actuators "Piezoelectric and magnetostrictive actuators between pins and flanges, and what drives and moves with them"
+package Actuators "Piezoelectric and magnetostrictive actuators with pins and flanges, and their drives"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>A stack, a bender or a magnetostrictive rod takes any identified static model in its slot <code>hysteresis</code>, which BaseClasses.Hysteresis constrains. Pins, flanges and heat ports have the quantities of the Modelica Standard Library and connect to its parts.</p>
+<p>In a stack, a bender and a magnetostrictive rod, the component <code>hysteresis</code> is replaceable by any identified static model that extends BaseClasses.Hysteresis. Pins, flanges and heat ports have the same quantities as those of the Modelica Standard Library and can be connected to them.</p>
 </html>"));
 end Actuators;

@@ -3,11 +3,11 @@ block DisturbanceObserver "Disturbance observer: subtracts an estimated input di
   extends BaseClasses.DisturbanceObserver(u(start = 0, fixed = true), d_hat(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  constant Real pi = 3.141592653589793 "Half a turn";
-  parameter Real F[3, 3] = Functions.observedStep(2*pi*f_n*Ts, zeta) "Position, velocity/omega_n, gain d over a step";
+  constant Real pi = 3.141592653589793 "Number pi";
+  parameter Real F[3, 3] = Functions.observedStep(2*pi*f_n*Ts, zeta) "Transition matrix of position, velocity/omega_n, gain d";
   parameter Real M[3] = Functions.observerGains(F, exp(-2*pi*f_o*Ts)) "Observer gains";
-  discrete Real ahead[3](each start = 0, each fixed = true) "Position, velocity/omega_n, gain d as predicted";
-  discrete Real estimate[3](each start = 0, each fixed = true) "The same as estimated";
+  discrete Real ahead[3](each start = 0, each fixed = true) "Predicted position, velocity/omega_n, gain d";
+  discrete Real estimate[3](each start = 0, each fixed = true) "Estimated position, velocity/omega_n, gain d";
   discrete Real past[n](each start = 0, each fixed = true) "Commands of the last n steps, newest first";
 equation
   assert(abs(gain) > 0, "gain must not be 0");
@@ -20,7 +20,7 @@ equation
     past = Functions.shift(u, pre(past));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> y is what the command of n samples ago led to: n = 1 without delay, as the plant steps before. Delay that is not counted in n and noise bound f_o.</p>
+<p><b>Limitations:</b> y is the response to the command n samples ago; without delay n = 1, because the plant steps first. Noise, and delay that is not included in n, limit f_o.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.DisturbanceObserver\">Control.BaseClasses.DisturbanceObserver</a>: equation, source, example.</p>
 </html>"));
 end DisturbanceObserver;

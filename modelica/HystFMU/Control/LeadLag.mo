@@ -3,7 +3,7 @@ block LeadLag "Lead-lag controller with feed-forward and limits"
   extends BaseClasses.LeadLag(u(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  discrete Real sections[2*n](each start = 0, each fixed = true) "Outputs of the lags in the sections, then their inputs";
+  discrete Real sections[2*n](each start = 0, each fixed = true) "Outputs of the lags, then inputs of the sections";
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
@@ -13,7 +13,7 @@ equation
     u = min(max(u_ff + K*(sections[n] + T_z[n]/T_p[n]*sections[2*n]), u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> no integral action: with a disturbance observer or alone it needs one elsewhere. It begins in equilibrium with the first error.</p>
+<p><b>Limitations:</b> the controller has no integral action; another block, such as a disturbance observer, must provide it. The initial state is in equilibrium with the first error.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.LeadLag\">Control.BaseClasses.LeadLag</a>: equation, source, example.</p>
 </html>"));
 end LeadLag;

@@ -19,7 +19,7 @@ equation
     u = min(max(u_ff + Kp*e + Ki*integral + Kd*de, u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> de/dt is a backward difference: noise needs tau.</p>
+<p><b>Limitations:</b> de/dt is a backward difference, so measurements with noise need tau &gt; 0.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.Pid\">Control.BaseClasses.Pid</a>: equation, source, example.</p>
 </html>"));
 end Pid;

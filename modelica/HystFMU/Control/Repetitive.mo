@@ -4,7 +4,7 @@ block Repetitive "Repetitive control: corrects the reference by the errors of th
   extends Interfaces.Sampled;
 protected
   parameter Real zero_phase[2*n_q + 1] = {q[abs(j - n_q - 1) + 1] for j in 1:2*n_q + 1} "Taps of Q on both sides";
-  parameter Real ahead_first[2*n_l + 1] = {l[2*n_l + 2 - j] for j in 1:2*n_l + 1} "Taps of L, from ahead to back";
+  parameter Real ahead_first[2*n_l + 1] = {l[2*n_l + 2 - j] for j in 1:2*n_l + 1} "Taps of L, from n_l steps ahead to n_l steps back";
   discrete Real w(start = 0, fixed = true) "Correction";
   discrete Real w_past[n + n_q](start = zeros(n + n_q), each fixed = true) "The last corrections, newest first";
   discrete Real e_past[n + n_l](start = zeros(n + n_l), each fixed = true) "The last errors, newest first";
@@ -17,7 +17,7 @@ equation
     r = y_d + w;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the period of the reference must be n Ts; what does not repeat is not learnt. The time of a step grows with n.</p>
+<p><b>Limitations:</b> the period of the reference must be n Ts; errors that are not periodic are not learned; the computing time of a step is proportional to n.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.Repetitive\">Control.BaseClasses.Repetitive</a>: equation, source, example.</p>
 </html>"));
 end Repetitive;

@@ -8,7 +8,7 @@ protected
   discrete Real de(unit = "1/s", start = 0, fixed = true) "Filtered derivative of the error";
   discrete Real e(start = 0, fixed = true) "Error";
   discrete Real before(start = 0, fixed = true) "Unlimited control without the step of the integral";
-  discrete Real after(start = 0, fixed = true) "Unlimited control with it";
+  discrete Real after(start = 0, fixed = true) "Unlimited control with the step of the integral";
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
   assert(u_min <= u_max, "u_min must not be greater than u_max");
@@ -23,7 +23,7 @@ equation
     u = min(max(Functions.slidingModeLaw(u_ff, s, eta, rho, layer, switching == Types.Switching.saturation), u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> de/dt is a backward difference: noise needs tau; eta &gt; 1 s with normalised signals is a limit cycle.</p>
+<p><b>Limitations:</b> de/dt is a backward difference, so measurements with noise need tau &gt; 0; with normalised signals, eta &gt; 1 s causes a limit cycle.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.SlidingMode\">Control.BaseClasses.SlidingMode</a>: equation, source, example.</p>
 </html>"));
 end SlidingMode;

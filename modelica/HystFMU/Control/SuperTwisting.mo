@@ -7,8 +7,8 @@ protected
   discrete Real v(unit = "s", start = 0, fixed = true) "Integral of the switching term";
   discrete Real de(unit = "1/s", start = 0, fixed = true) "Filtered derivative of the error";
   discrete Real e(start = 0, fixed = true) "Error";
-  discrete Real phi_1(start = 0, fixed = true) "Root of s, with the linear term";
-  discrete Real phi_2(start = 0, fixed = true) "phi_1 times its derivative: the integrated switching";
+  discrete Real phi_1(start = 0, fixed = true) "Square root of s plus the linear term";
+  discrete Real phi_2(start = 0, fixed = true) "Integrated switching term: phi_1 times the derivative of phi_1";
   discrete Real before(start = 0, fixed = true) "Unlimited control without the step of the integral";
   discrete Real dt(unit = "s", start = 0, fixed = true) "Time since the last sample; 0 at the initialisation";
 equation
@@ -25,7 +25,7 @@ equation
     u = min(max(u_ff - k_1*phi_1 - k_2*v, u_min), u_max);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the most accurate without delay and the most sensitive to one; de/dt is a backward difference: noise needs tau.</p>
+<p><b>Limitations:</b> this controller is the most accurate one without delay, and the most sensitive one to delay; de/dt is a backward difference, so measurements with noise need tau &gt; 0.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BaseClasses.SuperTwisting\">Control.BaseClasses.SuperTwisting</a>: equation, source, example.</p>
 </html>"));
 end SuperTwisting;

@@ -2,6 +2,6 @@ within HystFMU;
 package Data "Identified models"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Records written from identified models by <code>hystfmu export --modelica</code>; a generated file says so in its first line.</p>
+<p>The command <code>hystfmu export --modelica</code> writes these records from identified models. The first line of a file states that it is generated.</p>
 </html>"));
 end Data;

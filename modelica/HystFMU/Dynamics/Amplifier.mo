@@ -15,7 +15,7 @@ equation
   y = voltage;
   excess = (u - wanted) + (wanted - voltage - driving);
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit of the same name is exact for a command held over its step.</p>
+<p><b>Limitations:</b> the block is continuous; the solver determines its accuracy. The unit of the same name is exact if the command is held over a step.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Amplifier\">Dynamics.BaseClasses.Amplifier</a>: equation, source, example.</p>
 </html>"));
 end Amplifier;

@@ -10,7 +10,7 @@ equation
     inputs = Functions.shift(u, pre(inputs));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the time of a step grows with n.</p>
+<p><b>Limitations:</b> the computing time of a step is proportional to n.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Delay\">Dynamics.BaseClasses.Delay</a>: equation, source, example.</p>
 </html>"));
 end Delay;

@@ -10,7 +10,7 @@ equation
     u_last = u;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> 0 until a step has been made.</p>
+<p><b>Limitations:</b> the output is 0 until the first step.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Differentiator\">Dynamics.BaseClasses.Differentiator</a>: equation, source, example.</p>
 </html>"));
 end Differentiator;

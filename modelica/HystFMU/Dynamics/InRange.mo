@@ -2,7 +2,7 @@ within HystFMU.Dynamics;
 block InRange "Test whether all signals are within their limits"
   extends BaseClasses.InRange;
 protected
-  Real inside[n] "1 for each signal inside";
+  Real inside[n] "1 for each signal within its limits";
 equation
   for i in 1:n loop
     assert(lo[i] <= hi[i], "lo must not be greater than hi");

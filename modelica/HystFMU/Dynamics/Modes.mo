@@ -12,7 +12,7 @@ equation
   end for;
   y = k*q;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit of the same name discretises exactly for an input held over its step.</p>
+<p><b>Limitations:</b> the block is continuous; the solver determines its accuracy. The unit of the same name is exact if the input is held over a step.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.Modes\">Dynamics.BaseClasses.Modes</a>: equation, source, example.</p>
 </html>"));
 end Modes;

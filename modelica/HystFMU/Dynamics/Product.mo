@@ -2,8 +2,8 @@ within HystFMU.Dynamics;
 block Product "Product of signals, divided by a product of other signals"
   extends BaseClasses.Product;
 protected
-  Real factor[n + 1] "Products of the first factors";
-  Real quotient[m + 1] "Their product over the first divisors";
+  Real factor[n + 1] "Products of the first 0, 1, .. n factors";
+  Real quotient[m + 1] "Product of the factors divided by the first 0, 1, .. m divisors";
 equation
   factor[1] = 1;
   for i in 1:n loop

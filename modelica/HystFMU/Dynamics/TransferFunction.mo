@@ -8,7 +8,7 @@ protected
   parameter Real alpha[na] = Functions.scaledDenominator(a, sigma) "Monic denominator in s/sigma, lowest power first";
   parameter Real d = if nb == na then b[1]/a[1] else 0 "Direct term";
   parameter Real c[na] = Functions.outputRow(b, a, sigma) "Output row";
-  Real x[na] "States, counted from what was taken at the start";
+  Real x[na] "States minus their initial values";
 initial equation
   if start == Types.Start.steady and not inChain then
     der(x) = zeros(na);
@@ -27,12 +27,12 @@ equation
     der(x[i]) = sigma*v[i + 1];
   end for;
   der(x[na]) = sigma*(u - alpha*v);
-  // without a direct term u must not appear, for a loop through this block to be free of algebraic loops
+  // without direct term, u must not appear here: otherwise a loop through this block is algebraic
   y = if nb == na then c*v + d*u else c*v;
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = (b_0 s<sup>nb</sup> + ... + b_nb)/(a_0 s<sup>na</sup> + ... + a_na) u, controllable canonical form in the scaled time s/sigma.</p>
 <p><b>Source:</b> Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed.</p>
-<p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit of the same name discretises exactly for its step; its parameter hold has no meaning here.</p>
+<p><b>Limitations:</b> the block is continuous; the solver determines its accuracy. The unit of the same name is discretised exactly. Its parameter hold has no meaning here.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.BaseClasses.TransferFunction\">Dynamics.BaseClasses.TransferFunction</a>: equation, source, example.</p>
 </html>"));
 end TransferFunction;

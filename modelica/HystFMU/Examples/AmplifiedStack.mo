@@ -1,5 +1,5 @@
 within HystFMU.Examples;
-model AmplifiedStack "Stack of a data sheet in a flexure amplifier"
+model AmplifiedStack "Stack from a data sheet in a flexure amplifier"
   extends Icons.Example;
   Sources.DecayingSine command(amplitude = 0.5, offset = 0.5, phase = -1.5707963267948966, frequency = 20, decay = 0) annotation (Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
   Actuators.VoltageDrive drive annotation (Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
@@ -19,9 +19,9 @@ equation
   connect(amplifier.flange_b, load.flange) annotation (Line(points = {{61, 0}, {79, 0}}, color = {0, 127, 0}));
   annotation (experiment(StopTime = 0.1, Interval = 1e-4, Tolerance = 1e-9),
     Documentation(info = "<html>
-<p>Full range of voltage at 20 Hz. The flexures take a part of the stroke, the lever gives the rest five times.</p>
+<p>The voltage has its full range at 20 Hz. The flexures reduce the stroke; the lever amplifies the rest by five.</p>
 <p><b>Source:</b> structure of the classes below.</p>
-<p><b>Limitations:</b> the hysteresis is that of the defaults, scaled to the stroke of the data sheet.</p>
+<p><b>Limitations:</b> the hysteresis has default parameters, scaled to the stroke of the data sheet.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.DataSheetStack\">Actuators.DataSheetStack</a>, <a href=\"modelica://HystFMU.Actuators.DataSheet\">Actuators.DataSheet</a>, <a href=\"modelica://HystFMU.Actuators.FlexureAmplifier\">Actuators.FlexureAmplifier</a>.</p>
 </html>"));
 end AmplifiedStack;

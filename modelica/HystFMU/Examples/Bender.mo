@@ -14,7 +14,7 @@ equation
   connect(fixed.flange, bender.flange_a) annotation (Line(points = {{-39, -80}, {20, -80}, {20, -11}}, color = {0, 127, 0}));
   annotation (experiment(StopTime = 0.1, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>A free bender of 40 mm with its first mode near 170 Hz; the tip swings in and follows the voltage with hysteresis.</p>
+<p>A free bender of 40 mm has its first mode near 170 Hz. After a transient, its tip follows the voltage with hysteresis.</p>
 <p><b>Source:</b> structure of the classes below.</p>
 <p><b>Limitations:</b> first mode only.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Bender\">Actuators.Bender</a>, <a href=\"modelica://HystFMU.Actuators.VoltageDrive\">Actuators.VoltageDrive</a>.</p>

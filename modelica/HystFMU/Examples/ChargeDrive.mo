@@ -1,5 +1,5 @@
 within HystFMU.Examples;
-model ChargeDrive "The same stack under voltage and under charge: charge drive shows little hysteresis"
+model ChargeDrive "Stack with a voltage drive and with a charge drive, which causes little hysteresis"
   extends Icons.Example;
   Sources.DecayingSine command(amplitude = 0.8, frequency = 20, decay = 0) annotation (Placement(transformation(extent = {{-100, -10}, {-80, 10}})));
   Actuators.VoltageDrive voltage(v_min = -130) annotation (Placement(transformation(extent = {{-60, 30}, {-40, 50}})));
@@ -21,9 +21,9 @@ equation
   connect(fixed.flange, underCharge.flange_a) annotation (Line(points = {{61, -80}, {70, -80}, {70, -60}, {30, -60}, {30, -51}}, color = {0, 127, 0}));
   annotation (experiment(StopTime = 0.1, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Position over command: a wide loop under voltage; a narrow one under charge, since the stroke follows the charge of the polarisation, which is 0.9 of the whole.</p>
+<p>Position over command shows a wide loop with the voltage drive and a narrow loop with the charge drive, because the stroke is proportional to the charge of the polarisation, which is 0.9 of the total charge.</p>
 <p><b>Source:</b> structure of the classes below.</p>
-<p><b>Limitations:</b> a real charge drive drifts with its leak.</p>
+<p><b>Limitations:</b> a real charge drive drifts faster because of leakage.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.ChargeDrive\">Actuators.ChargeDrive</a>, <a href=\"modelica://HystFMU.Actuators.VoltageDrive\">Actuators.VoltageDrive</a>, <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>.</p>
 </html>"));
 end ChargeDrive;

@@ -13,8 +13,8 @@ equation
   connect(inverse.u, hysteresis.u) annotation (Line(points = {{1, 0}, {19, 0}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 0.25, Interval = 0.002, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>hysteresis.y follows wanted.r at every sample: the inverse tries inputs on a copy of the operator before it lets the copy take the one that fits. Redeclare Model
-to change the operator.</p>
+<p>hysteresis.y equals wanted.r at every sample. The inverse evaluates a copy of the operator for trial inputs, and then
+steps the copy with the root. Redeclare Model to change the operator.</p>
 <p><b>Source:</b> Preisach operator: Mayergoyz 1991; root finding: Chandrupatla 1997.</p>
 <p><b>Limitations:</b> static models only; the wanted output must be within the range of the model.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>, <a href=\"modelica://HystFMU.Inverse.Models\">Inverse.Models</a>.</p>

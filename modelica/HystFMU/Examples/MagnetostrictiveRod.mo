@@ -1,5 +1,5 @@
 within HystFMU.Examples;
-model MagnetostrictiveRod "A current drive moves a mass by a magnetostrictive rod"
+model MagnetostrictiveRod "Current drive and magnetostrictive rod move a mass"
   extends Icons.Example;
   Sources.DecayingSine command(amplitude = 0.9, frequency = 50, decay = 20) annotation (Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
   Actuators.CurrentDrive drive annotation (Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
@@ -16,9 +16,9 @@ equation
   connect(rod.flange_b, load.flange) annotation (Line(points = {{31, 0}, {59, 0}}, color = {0, 127, 0}));
   annotation (experiment(StopTime = 0.05, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>Position of the load over the current: a loop by hysteresis, which the lag of the eddy currents widens with the frequency.</p>
+<p>Position of the load over current shows a hysteresis loop. The lag of the eddy currents widens the loop at higher frequency.</p>
 <p><b>Source:</b> structure of the classes below.</p>
-<p><b>Limitations:</b> values of the size of a rod of Terfenol-D of 50 mm, no particular one.</p>
+<p><b>Limitations:</b> the values are typical of a Terfenol-D rod of 50 mm, but not those of a particular rod.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.MagnetostrictiveRod\">Actuators.MagnetostrictiveRod</a>, <a href=\"modelica://HystFMU.Actuators.CurrentDrive\">Actuators.CurrentDrive</a>, <a href=\"modelica://HystFMU.Plants.SpringMassLoad\">Plants.SpringMassLoad</a>.</p>
 </html>"));
 end MagnetostrictiveRod;

@@ -27,7 +27,7 @@ equation
   connect(fastCreep.y, fastOutput.u[2]) annotation (Line(points = {{11, -70}, {25, -70}, {25, -40}, {39, -40}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 0.4, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>The operators themselves do not depend on the rate: creep widens the loop at a low frequency, the dynamics G0(s) at a high one. Plot slowOutput.y over slow.r and fastOutput.y over fast.r.</p>
+<p>The operators do not depend on the rate. Creep widens the loop at the low frequency, and the dynamics G0(s) widen it at the high frequency. Plot slowOutput.y over slow.r and fastOutput.y over fast.r.</p>
 <p><b>Source:</b> Yu &amp; Alici 2005 (G0 after the hysteresis); creep as lags: Krejci &amp; Kuhnen 2001.</p>
 <p><b>Limitations:</b> creep and dynamics are linear.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>, <a href=\"modelica://HystFMU.Operators.Smooth.Creep\">Operators.Smooth.Creep</a>.</p>

@@ -1,9 +1,9 @@
 within HystFMU.Examples;
-model StackInLoop "A stack with its amplifier, a load and a sensor under PID control through the inverse"
+model StackInLoop "PID control of a stack with amplifier, load, sensor and inverse"
   extends Icons.Example;
   parameter Types.Time Ts = 1e-4 "Sample period of the loop" annotation (Dialog(group = "Sampling"));
-  parameter Data.BacklashIdentified identified "Hysteresis as identified" annotation (Dialog(group = "Parameters"), Placement(transformation(extent = {{-100, 60}, {-80, 80}})));
-  Sources.Sine reference(frequency = 10, lead = 1.5*Ts) "In parts of the stroke" annotation (Placement(transformation(extent = {{-150, -10}, {-130, 10}})));
+  parameter Data.BacklashIdentified identified "Identified hysteresis" annotation (Dialog(group = "Parameters"), Placement(transformation(extent = {{-100, 60}, {-80, 80}})));
+  Sources.Sine reference(frequency = 10, lead = 1.5*Ts) "Relative to the stroke" annotation (Placement(transformation(extent = {{-150, -10}, {-130, 10}})));
   Control.Pid controller(Kp = 0.05, Ki = 1500, Ts = Ts) annotation (Placement(transformation(extent = {{-110, -10}, {-90, 10}})));
   Loops.IdentifiedInverse inverse(Ts = Ts) annotation (Placement(transformation(extent = {{-70, -10}, {-50, 10}})));
   Dynamics.Delay delay(n = 1, Ts = Ts) "One sample between command and amplifier" annotation (Placement(transformation(extent = {{-40, -10}, {-20, 10}})));
@@ -13,7 +13,7 @@ model StackInLoop "A stack with its amplifier, a load and a sensor under PID con
   Plants.Fixed fixed annotation (Placement(transformation(extent = {{0, -100}, {20, -80}})));
   Plants.SpringMassLoad load(m = 0.2, c = 3000, k = 2e6) annotation (Placement(transformation(extent = {{80, -10}, {100, 10}})));
   Plants.PositionSensor sensor annotation (Placement(transformation(extent = {{80, -60}, {100, -40}})));
-  Loops.Affine reading(gain = 1.025/26e-6) "From metres to parts of the stroke" annotation (Placement(transformation(extent = {{110, -60}, {130, -40}})));
+  Loops.Affine reading(gain = 1.025/26e-6) "Conversion from metres to the stroke" annotation (Placement(transformation(extent = {{110, -60}, {130, -40}})));
 equation
   connect(reference.r, controller.y_d) annotation (Line(points = {{-129, 6}, {-120, 6}, {-120, 5.3}, {-111, 5.3}}, color = {0, 0, 127}));
   connect(reference.r_lead, controller.u_ff) annotation (Line(points = {{-129, 2}, {-120, 2}, {-120, -5.4}, {-111, -5.4}}, color = {0, 0, 127}));
@@ -30,10 +30,10 @@ equation
   connect(sensor.s, reading.u) annotation (Line(points = {{101, -50}, {109, -50}}, color = {0, 0, 127}));
   annotation (experiment(StopTime = 0.2, Interval = 1e-4, Tolerance = 1e-9),
     Documentation(info = "<html>
-<p>Plot reading.y over reference.r: the inverse takes the hysteresis off, the controller what the spring of the load and the amplifier change. With Ki = 0 a twentieth of the stroke is missing.</p>
-<p>An exported actuator stands in the place of the stack: <code>MyPackage.Actuator stack(withMass = false)</code>.</p>
+<p>Plot reading.y over reference.r: the inverse compensates for the hysteresis. The controller corrects the effects of the spring of the load and of the amplifier. With Ki = 0, the stroke is a twentieth too small.</p>
+<p>An exported actuator can replace the stack: <code>MyPackage.Actuator stack(withMass = false)</code>.</p>
 <p><b>Source:</b> structure of the classes below.</p>
-<p><b>Limitations:</b> the identified model has no unit of measure: its output 1 is taken as the stroke.</p>
+<p><b>Limitations:</b> the identified model has no unit of measure; its output 1 corresponds to the stroke.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>, <a href=\"modelica://HystFMU.Plants.PositionSensor\">Plants.PositionSensor</a>, <a href=\"modelica://HystFMU.Control.Pid\">Control.Pid</a>, <a href=\"modelica://HystFMU.Loops.Tracking\">Loops.Tracking</a>.</p>
 </html>"));
 end StackInLoop;

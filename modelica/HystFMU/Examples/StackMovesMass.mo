@@ -1,7 +1,7 @@
 within HystFMU.Examples;
-model StackMovesMass "Stack with an identified hysteresis against a spring and a mass, started at half its voltage"
+model StackMovesMass "Stack with an identified hysteresis, spring and mass, which starts at half its voltage"
   extends Icons.Example;
-  parameter Data.BacklashIdentified identified "Hysteresis as identified" annotation (Dialog(group = "Parameters"), Placement(transformation(extent = {{-90, 50}, {-70, 70}})));
+  parameter Data.BacklashIdentified identified "Identified hysteresis" annotation (Dialog(group = "Parameters"), Placement(transformation(extent = {{-90, 50}, {-70, 70}})));
   Sources.DecayingSine command(amplitude = 0.45, offset = 0.5, frequency = 50, decay = 20) annotation (Placement(transformation(extent = {{-90, -10}, {-70, 10}})));
   Actuators.VoltageDrive drive(v_start = 50) annotation (Placement(transformation(extent = {{-50, -10}, {-30, 10}})));
   Actuators.Stack stack(withMass = false, v_start = 50, redeclare Actuators.Hysteresis.PrandtlIshlinskii hysteresis(n = identified.hysteresis_n, w0 = identified.hysteresis_w0, r = identified.hysteresis_r, w = identified.hysteresis_w, u_start = 50)) annotation (Placement(transformation(extent = {{10, -10}, {30, 10}})));
@@ -17,9 +17,9 @@ equation
   connect(stack.flange_b, load.flange) annotation (Line(points = {{31, 0}, {59, 0}}, color = {0, 127, 0}));
   annotation (experiment(StopTime = 0.1, Interval = 1e-4, Tolerance = 1e-10),
     Documentation(info = "<html>
-<p>The stack starts at 50 V, where its drive starts too. Its mass is that of the load, which is joined rigidly: <code>withMass = false</code>. The load starts at 0, off its rest, and swings in.</p>
+<p>Stack and drive start at 50 V. The load is rigidly connected and contains the mass of the stack, so <code>withMass = false</code>. The load starts at 0, not in equilibrium, and oscillates.</p>
 <p><b>Source:</b> structure of the classes below.</p>
-<p><b>Limitations:</b> the identified model has no unit of measure: its output 1 is taken as the stroke.</p>
+<p><b>Limitations:</b> the identified model has no unit of measure; its output 1 corresponds to the stroke.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>, <a href=\"modelica://HystFMU.Actuators.VoltageDrive\">Actuators.VoltageDrive</a>, <a href=\"modelica://HystFMU.Plants.SpringMassLoad\">Plants.SpringMassLoad</a>.</p>
 </html>"));
 end StackMovesMass;

@@ -1,8 +1,9 @@
 within HystFMU;
-package Examples "Closed loops, operators, a physical actuator"
+package Examples "Closed loops, operators and physical actuators"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Cascade, SlidingMode, SuperTwisting, Pid, PidObserver, LeadLag and IterativeLearning are the twins of the scenarios of the same names, ZhaoTan of a case of cascade_learned; the
-others show operators, inverses and a physical actuator; IpmcNetwork is a case of papers/ipmc_bfbnn_compensator.</p>
+<p>Cascade, SlidingMode, SuperTwisting, Pid, PidObserver, LeadLag and IterativeLearning correspond to the scenarios with
+the same names. ZhaoTan corresponds to a case of cascade_learned, and IpmcNetwork to a case of
+papers/ipmc_bfbnn_compensator. The other examples show operators, inverses and physical actuators.</p>
 </html>"));
 end Examples;

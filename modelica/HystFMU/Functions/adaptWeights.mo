@@ -2,29 +2,29 @@ within HystFMU.Functions;
 function adaptWeights "Weights of an adaptive inverse and their covariance after a sample"
   extends Icons.Function;
   input Real phi[:] "Regressors";
-  input Real e "Error of prediction";
-  input Real gate "1: learn from the sample";
-  input Real memory[:] "Number of sudden changes, wrong predictions in a row, time since the last change, weights, rows of P up to the diagonal";
+  input Real e "Prediction error";
+  input Real gate "1 if the sample updates the weights";
+  input Real memory[:] "Number of sudden changes, consecutive wrong predictions, time since the last change, weights, rows of P up to the diagonal";
   input Real from[size(phi, 1)] "Weights at the start";
-  input Real sd[size(phi, 1)] "Standard deviations after a change";
+  input Real sd[size(phi, 1)] "Standard deviations after a sudden change";
   input Real sigma "Standard deviation of the prediction error";
-  input Real q "Share of sd^2 by which P grows";
+  input Real q "Growth of P in a step, relative to sd^2";
   input Real change "Prediction error that indicates a sudden change";
-  input Real pause "Least time between two changes";
+  input Real pause "Shortest time between two sudden changes";
   input Real Ts "Sample period";
   input Real box "Largest deviation of a weight from its initial value, in sd";
-  input Real w0_min "Least weight of the linear term";
-  output Real memory_new[size(memory, 1)] "The same after the sample";
+  input Real w0_min "Lower limit of the weight of the linear term";
+  output Real memory_new[size(memory, 1)] "Memory after the sample";
 protected
-  constant Integer in_a_row = 6 "Wrong predictions that show a sudden change";
+  constant Integer in_a_row = 6 "Number of consecutive wrong predictions that indicate a sudden change";
   Integer m = size(phi, 1);
-  Integer at = 3 + size(phi, 1) "Place in memory before the row of P";
+  Integer at = 3 + size(phi, 1) "Index in memory before the row of P";
   Real gain[size(phi, 1)] "P phi";
   Real leverage = 0 "phi' P phi";
   Real alpha "sigma^2 + phi' P phi";
   Real f "Factor of a row and column of P";
   Real fresh[div(size(phi, 1)*(size(phi, 1) + 1), 2)] "P after a sudden change";
-  Real renew "1 with a sudden change";
+  Real renew "1 if there is a sudden change";
 algorithm
   memory_new := memory;
   gain := zeros(m);
@@ -72,7 +72,7 @@ algorithm
     memory_new[3 + i] := if gate > 0.5 then min(max(memory_new[3 + i], max(from[i] - box*sd[i], if i == 1 then w0_min else 0)), from[i] + box*sd[i]) else memory[3 + i];
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> theta += K e, P = P - K phi' P + q diag(sd^2), K = P phi/(sigma^2 + phi' P phi); no diagonal of P above sd^2; P = diag(sd^2) after a sudden change.</p>
+<p><b>Equation:</b> theta += K e, P = P - K phi' P + q diag(sd^2), K = P phi/(sigma^2 + phi' P phi); no diagonal element of P above sd^2; P = diag(sd^2) after a sudden change.</p>
 <p><b>Source:</b> Ljung &amp; Gunnarsson, Automatica 26 (1990) 7.</p>
 <p><b>Limitations:</b> the regressors must be finite.</p>
 <p><b>Example:</b> <code>adaptWeights(phi - low, y - y_low - (phi - low)*pre(theta), gate, pre(memory), cat(1, {w0}, w), sd, sigma, Ts/T, change, pause, Ts, box, w0_min)</code> in <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>.</p>

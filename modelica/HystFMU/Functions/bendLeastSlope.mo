@@ -2,11 +2,11 @@ within HystFMU.Functions;
 function bendLeastSlope "Least slope of a sum of dead zones"
   extends Icons.Function;
   input Real w0 "Slope at 0";
-  input Real r[:] "Thresholds; the sign is the side";
+  input Real r[:] "Thresholds; the sign selects the side";
   input Real w[size(r, 1)] "Weights of the dead zones";
-  output Real least "Least slope anywhere";
+  output Real least "Least slope";
 protected
-  Real slope "Slope beyond a threshold";
+  Real slope "Slope beyond the current threshold";
 algorithm
   least := w0;
   for i in 1:size(r, 1) loop
@@ -17,9 +17,9 @@ algorithm
     least := min(least, slope);
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> the least of the slopes at 0 and beyond each threshold.</p>
+<p><b>Equation:</b> the smallest of the slopes at 0 and beyond each threshold.</p>
 <p><b>Source:</b> derivative of Operators.DeadZones.</p>
-<p><b>Limitations:</b> a dead zone with threshold 0 counts everywhere but in the slope at 0.</p>
+<p><b>Limitations:</b> a dead zone with threshold 0 does not contribute to the slope at 0.</p>
 <p><b>Example:</b> <code>bendLeastSlope(b0, knots, b)</code> in <a href=\"modelica://HystFMU.Actuators.BaseClasses.Bent\">Actuators.BaseClasses.Bent</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.Hysteresis.BentPrandtlIshlinskii\">Actuators.Hysteresis.BentPrandtlIshlinskii</a>, which uses it.</p>
 </html>"));

@@ -1,10 +1,10 @@
 within HystFMU.Functions;
-function boucWenBeyond "Way of the Bouc-Wen operator beyond its middle"
+function boucWenBeyond "Path function of the Bouc-Wen operator beyond the middle of the curve"
   extends Icons.Function;
-  input Real U "(s^e - 1)/e, log(s) for e = 0, of the missing share s of saturation";
+  input Real U "(s^e - 1)/e, or log(s) for e = 0, with s = 1 - share of saturation";
   input Real e "Exponent of s: 0 or 1 - 1/n";
   input Real n "Sharpness of the knee";
-  output Real f "It falls by n times the way; its derivative is (1 - s)^(1/n - 1)";
+  output Real f "Function that decreases by n times the path; df/dU = (1 - s)^(1/n - 1)";
 protected
   Real s = boucWenMissing(U, e);
 algorithm

@@ -1,9 +1,9 @@
 within HystFMU.Functions;
-function boucWenMissing "Missing share of saturation of the Bouc-Wen operator"
+function boucWenMissing "Distance of the Bouc-Wen operator from saturation, relative to saturation"
   extends Icons.Function;
-  input Real U "(s^e - 1)/e, log(s) for e = 0";
+  input Real U "(s^e - 1)/e, or log(s) for e = 0";
   input Real e "Exponent of s: 0 or 1 - 1/n";
-  output Real s "Missing share";
+  output Real s "Relative distance from saturation";
 protected
   Real one = 1 + e*U "s^e";
 algorithm

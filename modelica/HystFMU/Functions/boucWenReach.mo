@@ -1,21 +1,21 @@
 within HystFMU.Functions;
-function boucWenReach "Where the hysteretic part is after a way of the input from v = 0"
+function boucWenReach "Hysteretic part after a path of the input from v = 0"
   extends Icons.Function;
-  input Real way "Way from v = 0, at least 0";
+  input Real way "Path from v = 0, at least 0";
   input Real A "Slope at v = 0";
-  input Real c "Bend: dv/dxi = A - c v^n, other than 0";
+  input Real c "Coefficient in dv/dxi = A - c v^n, not 0";
   input Real n "Sharpness of the knee, greater than 1";
   output Real v "Hysteretic part times the direction";
 protected
   Real V = (A/abs(c))^(1/n) "Scale of v";
   Real e = if c < 0 then 1 - 1/n else 0 "Exponent of s";
   Real g_half = 0.5^(1/n) "g = r^(1/n) at the middle, r = s = 0.5";
-  Real U_half = if e > 0 then (0.5^e - 1)/e else log(0.5) "The same there";
-  Real half = g_half*(1 + betaSeries(1 - e, 0.5, n, 1)) "Way there, in units of V/A";
+  Real U_half = if e > 0 then (0.5^e - 1)/e else log(0.5) "U at the middle, r = s = 0.5";
+  Real half = g_half*(1 + betaSeries(1 - e, 0.5, n, 1)) "Path to the middle, in units of V/A";
   Real xi = way*A/V;
   Real target = boucWenBeyond(U_half, e, n) - n*(xi - half);
-  Real g = min(xi, g_half) "Unknown up to the middle";
-  Real U = U_half "Unknown beyond it";
+  Real g = min(xi, g_half) "Unknown of Newton's method up to the middle";
+  Real U = U_half "Unknown of Newton's method beyond the middle";
   Real s = 0.5;
 algorithm
   // Newton's method on convex functions with derivatives from 1 to 2: five steps are enough

@@ -2,7 +2,7 @@ within HystFMU.Functions;
 function constraintFactor "Branch of the constraint-factor operator"
   extends Icons.Function;
   input Real x "Input";
-  input Real origin[3] "From branchOrigin";
+  input Real origin[3] "Start and scale of the branch, from branchOrigin";
   input Real a0 "Constant of the polynomial";
   input Real a[:] "Coefficients of the odd powers";
   input Real d_max "Longest branch of the polynomial";

@@ -1,18 +1,18 @@
 within HystFMU.Functions;
 function constraintFactorInverse "Branch of the inverse constraint-factor operator"
   extends Icons.Function;
-  input Real h "Input: the operator's output";
-  input Real origin[3] "From branchOrigin";
+  input Real h "Wanted output of the operator";
+  input Real origin[3] "Start and scale of the branch, from branchOrigin";
   input Real a0 "Constant of the polynomial";
   input Real a[:] "Coefficients of the odd powers";
   input Real d_max "Longest branch of the polynomial";
-  output Real x "Output: the operator's input";
+  output Real x "Input of the operator";
 protected
   Real v = origin[3]*abs(h - origin[1]) "Height of the branch";
   Real edge = constraintFactorBranch(d_max, a0, a, d_max) "g at d_max";
-  Real lo "g is below v there";
-  Real hi "g is above v there";
-  Real d "g(d) = v";
+  Real lo "Lower bound of d, where g < v";
+  Real hi "Upper bound of d, where g > v";
+  Real d "Solution of g(d) = v";
   Real g;
   Real next;
 algorithm
@@ -20,7 +20,7 @@ algorithm
   hi := d_max;
   d := d_max*min(v/edge, 1);
   for i in 1:12 loop
-    // Newton's method, halving where it leaves the bracket
+    // Newton's method, with bisection if it leaves the bracket
     g := constraintFactorBranch(d, a0, a, d_max) - v;
     lo := if g <= 0 then d else lo;
     hi := if g > 0 then d else hi;

@@ -6,8 +6,8 @@ function constraintFactorSlope "Slope of the branch of the constraint-factor ope
   input Real a[:] "Coefficients of the odd powers";
   output Real slope "g'(d)";
 protected
-  Real odd "Odd part over d";
-  Real d_odd "Its derivative";
+  Real odd "Odd part divided by d";
+  Real d_odd "Derivative of the odd part";
 algorithm
   odd := 0;
   d_odd := 0;
@@ -19,7 +19,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> g' = e<sup>-d</sup> (a0 + sum_j a_j d<sup>2j-1</sup>) + (1 - e<sup>-d</sup>) sum_j (2j - 1) a_j d<sup>2j-2</sup>.</p>
 <p><b>Source:</b> derivative of Shen &amp; Ma 2017, eq. 1.</p>
-<p><b>Limitations:</b> d within 0 and d_max.</p>
+<p><b>Limitations:</b> 0 &le; d &le; d_max.</p>
 <p><b>Example:</b> <code>constraintFactorSlope(d, a0, a)</code> in <a href=\"modelica://HystFMU.Functions.constraintFactorInverse\">Functions.constraintFactorInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.constraintFactorInverse\">Functions.constraintFactorInverse</a>, which uses it.</p>
 </html>"));

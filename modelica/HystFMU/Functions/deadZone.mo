@@ -2,7 +2,7 @@ within HystFMU.Functions;
 function deadZone "One-sided dead zones"
   extends Icons.Function;
   input Real u "Input";
-  input Real r[:] "Thresholds; the sign is the side";
+  input Real r[:] "Thresholds; the sign selects the side";
   output Real s[size(r, 1)] "Outputs";
 algorithm
   for i in 1:size(r, 1) loop

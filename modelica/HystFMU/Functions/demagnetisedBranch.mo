@@ -1,14 +1,14 @@
 within HystFMU.Functions;
-function demagnetisedBranch "First branch of the Preisach operator from the middle, at half steps of its grid"
+function demagnetisedBranch "First branch of the demagnetised Preisach operator, at half steps of the grid"
   extends Icons.Function;
-  input Integer n "Steps of the grid";
+  input Integer n "Number of grid steps";
   input Real E[:] "Everett function below the diagonal, row by row";
-  input Real offset "Middle of the saturated outputs";
+  input Real offset "Mean of the saturated outputs";
   output Real virgin[2*n + 1] "Outputs";
 protected
   Integer i "Row of the square";
-  Integer j "Its column";
-  Real rest "Shift that ends the branch at saturation";
+  Integer j "Column of the square";
+  Real rest "Shift with which the branch ends at saturation";
 algorithm
   virgin[n + 1] := 0;
   // 2 dE/dalpha upwards on the line alpha + beta = lo + hi, which changes triangle in the middle of every square
@@ -28,7 +28,7 @@ algorithm
     virgin[k] := virgin[k] + rest;
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> integral of 2 dE/dalpha (upwards) and -2 dE/dbeta (downwards) on alpha + beta = lo + hi; it ends at saturation.</p>
+<p><b>Equation:</b> integral of 2 dE/dalpha (upwards) and -2 dE/dbeta (downwards) on alpha + beta = lo + hi; the branch ends at saturation.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1.</p>
 <p><b>Limitations:</b> none.</p>
 <p><b>Example:</b> <code>demagnetisedBranch(n, E, offset)</code> in <a href=\"modelica://HystFMU.Functions.virginBranch\">Functions.virginBranch</a>.</p>

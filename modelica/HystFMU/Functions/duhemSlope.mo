@@ -4,8 +4,8 @@ function duhemSlope "Slope of the Duhem operator"
   input Real u "Input";
   input Real w "State";
   input Real a[:] "Coefficients of B_i";
-  input Real b[:] "Of B_i w^j, one row per i";
-  input Real c[:] "Of B_i abs(w) w^(j-1), one row per i";
+  input Real b[:] "Coefficients of B_i w^j, one row per i";
+  input Real c[:] "Coefficients of B_i abs(w) w^(j-1), one row per i";
   input Integer q "Degree in w";
   output Real f "dw/du";
 protected

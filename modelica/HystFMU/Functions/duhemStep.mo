@@ -23,11 +23,11 @@ algorithm
   elseif abs(next) <= w_max then
     w_new := next;
   else
-    // it overflowed on its way to the bound: not a number
+    // the step overflowed to NaN before the bound
     w_new := if h*duhemSlope(u, w, a, b, c, q) > 0 then w_max else -w_max;
   end if;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> a Runge-Kutta step, cut at w = 0, held within w_max.</p>
+<p><b>Equation:</b> a Runge-Kutta step, divided at w = 0; abs(w) is limited to w_max.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; the cut keeps the order at the corner of abs(w).</p>
 <p><b>Limitations:</b> none.</p>
 <p><b>Example:</b> <code>duhemStep(u_last + (first + i)*h, w, h, a, b, c, q, w_max)</code> in <a href=\"modelica://HystFMU.Functions.duhemSteps\">Functions.duhemSteps</a>.</p>

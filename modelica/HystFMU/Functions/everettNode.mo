@@ -4,7 +4,7 @@ function everettNode "Everett function at a node of its grid"
   input Real E[:] "Values below the diagonal, row by row";
   input Integer i "Row: alpha_i";
   input Integer j "Column: beta_j";
-  output Real e "Value; 0 on the diagonal and above";
+  output Real e "Value; 0 on and above the diagonal";
 algorithm
   e := if i > j then E[max(div(i*(i - 1), 2) + j + 1, 1)] else 0;
   annotation (Documentation(info = "<html>

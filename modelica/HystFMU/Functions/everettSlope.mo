@@ -5,14 +5,14 @@ function everettSlope "Slope of the Everett function, linear between its grid va
   input Real beta "Lower input";
   input Real lo "Lower end of the grid";
   input Real hi "Upper end of the grid";
-  input Integer n "Steps of the grid";
+  input Integer n "Number of grid steps";
   input Real E[:] "Values below the diagonal, row by row";
-  input Boolean upper "Along the upper input? Else along the lower one";
-  output Real slope "Change for a change of the input";
+  input Boolean upper "True: derivative by the upper input; false: by the lower input";
+  output Real slope "Derivative by the input";
 protected
   Integer i = min(integer(floor((alpha - lo)/(hi - lo)*n)), n - 1) "Row of the cell";
   Integer j = min(integer(floor((beta - lo)/(hi - lo)*n)), n - 1) "Column of the cell";
-  Real a = (alpha - lo)/(hi - lo)*n - i "Place in the cell";
+  Real a = (alpha - lo)/(hi - lo)*n - i "Position in the cell";
   Real b = (beta - lo)/(hi - lo)*n - j;
 algorithm
   if a >= b then

@@ -7,7 +7,7 @@ function firstBranch "First branch of the Preisach operator"
   input Real virgin[:] "First branch at half steps of the grid";
   output Real y "Output";
 protected
-  Integer k = min(integer(floor((u - lo)/(hi - lo)*(size(virgin, 1) - 1))), size(virgin, 1) - 2) "Half step";
+  Integer k = min(integer(floor((u - lo)/(hi - lo)*(size(virgin, 1) - 1))), size(virgin, 1) - 2) "Index of the half step";
   Real rest = (u - lo)/(hi - lo)*(size(virgin, 1) - 1) - k;
 algorithm
   y := virgin[k + 1] + rest*(virgin[k + 2] - virgin[k + 1]);

@@ -1,5 +1,5 @@
 within HystFMU.Functions;
-function independent "Covariance of independent values: its rows up to the diagonal, one after the other"
+function independent "Covariance matrix of independent values: rows up to the diagonal"
   extends Icons.Function;
   input Real sd[:] "Standard deviations";
   output Real P[div(size(sd, 1)*(size(sd, 1) + 1), 2)] "Rows of the covariance up to the diagonal";

@@ -1,8 +1,8 @@
 within HystFMU.Functions;
-function isNotDecreasing "Is every element at least its predecessor?"
+function isNotDecreasing "True if no element is less than its predecessor"
   extends Icons.Function;
   input Real r[:] "Thresholds";
-  output Boolean yes "True: they are in order";
+  output Boolean yes "True if the elements do not decrease";
 protected
   Integer steps_down;
 algorithm

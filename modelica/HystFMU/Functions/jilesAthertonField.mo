@@ -9,14 +9,14 @@ function jilesAthertonField "Effective field of the Jiles-Atherton operator"
   input Real alpha "Mean field for a magnetisation of 1";
   output Real h "Effective field";
 protected
-  Real lo = u + alpha*(1 - c)*m - abs(alpha)*c*Ms "h is above it";
-  Real hi = lo + 2*abs(alpha)*c*Ms "h is below it";
+  Real lo = u + alpha*(1 - c)*m - abs(alpha)*c*Ms "Lower bound of h";
+  Real hi = lo + 2*abs(alpha)*c*Ms "Upper bound of h";
   Real g;
   Real next;
 algorithm
   h := 0.5*(lo + hi);
   for i in 1:12 loop
-    // Newton's method, halving where it leaves the bracket
+    // Newton's method, with bisection if it leaves the bracket
     g := h - alpha*((1 - c)*m + c*Ms*langevin(h/a)) - u;
     lo := if g <= 0 then h else lo;
     hi := if g > 0 then h else hi;

@@ -9,20 +9,20 @@ function jilesAthertonManySteps "Up to 500 steps of the Jiles-Atherton operator 
   input Real k "Pinning";
   input Real c "Reversible share";
   input Real alpha "Mean field for a magnetisation of 1";
-  input Real steps "Steps for the shorter of a and k";
-  output Real after[2] "The same after the steps";
+  input Real steps "Number of steps per field of length min(a, k)";
+  output Real after[2] "Effective field and distance after the steps";
 algorithm
   after := before;
   for i in 1:25 loop
-    // a call inside an if: twenty steps are skipped at once
+    // one call inside an if skips twenty steps
     if s*(u - after[1] + alpha*(Ms*langevin(after[1]/a) - (1 - c)*after[2])) > 1e-14*(abs(u) + a) then
       after := jilesAthertonSteps(after, u, s, Ms, a, k, c, alpha, steps);
     end if;
   end for;
   annotation (smoothOrder = 0, Documentation(info = "<html>
-<p><b>Equation:</b> jilesAthertonSteps over and over, until h - alpha y = u.</p>
+<p><b>Equation:</b> repeats jilesAthertonSteps until h - alpha y = u.</p>
 <p><b>Source:</b> Jiles &amp; Atherton, J. Magn. Magn. Mater. 61 (1986) 48-60.</p>
-<p><b>Limitations:</b> 500 steps.</p>
+<p><b>Limitations:</b> at most 500 steps.</p>
 <p><b>Example:</b> <code>jilesAthertonManySteps(after, u, s, Ms, a, k, c, alpha, steps)</code> in <a href=\"modelica://HystFMU.Functions.jilesAtherton\">Functions.jilesAtherton</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.jilesAtherton\">Functions.jilesAtherton</a>, which uses it.</p>
 </html>"));

@@ -9,8 +9,8 @@ function jilesAthertonSteps "Twenty steps of the Jiles-Atherton operator with mo
   input Real k "Pinning";
   input Real c "Reversible share";
   input Real alpha "Mean field for a magnetisation of 1";
-  input Real steps "Steps for the shorter of a and k";
-  output Real after[2] "The same after the steps";
+  input Real steps "Number of steps per field of length min(a, k)";
+  output Real after[2] "Effective field and distance after the steps";
 algorithm
   after := before;
   for i in 1:20 loop
@@ -19,9 +19,9 @@ algorithm
     end if;
   end for;
   annotation (smoothOrder = 0, Documentation(info = "<html>
-<p><b>Equation:</b> jilesAthertonStep until h - alpha y = u.</p>
+<p><b>Equation:</b> repeats jilesAthertonStep until h - alpha y = u.</p>
 <p><b>Source:</b> Jiles &amp; Atherton, J. Magn. Magn. Mater. 61 (1986) 48-60.</p>
-<p><b>Limitations:</b> twenty: rumoca 0.10.2 has no loop whose end depends on data, and goes through all of it.</p>
+<p><b>Limitations:</b> always twenty steps, because the loops of rumoca 0.10.2 have a fixed length.</p>
 <p><b>Example:</b> <code>jilesAthertonSteps(after, u, s, Ms, a, k, c, alpha, steps)</code> in <a href=\"modelica://HystFMU.Functions.jilesAthertonManySteps\">Functions.jilesAthertonManySteps</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.jilesAthertonManySteps\">Functions.jilesAthertonManySteps</a>, which uses it.</p>
 </html>"));

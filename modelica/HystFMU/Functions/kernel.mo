@@ -3,10 +3,10 @@ function kernel "Krasnosel'skii-Pokrovskii kernels after a new input"
   extends Icons.Function;
   input Real u "New input";
   input Real a "Rise length of the ridge function";
-  input Real p1[:] "Where the falling ramps are -1";
-  input Real p2[size(p1, 1)] "Where the rising ramps leave -1";
-  input Real k[size(p1, 1)] "Kernels before";
-  output Real k_new[size(p1, 1)] "Kernels after";
+  input Real p1[:] "Inputs at which the falling ramps reach -1";
+  input Real p2[size(p1, 1)] "Inputs at which the rising ramps leave -1";
+  input Real k[size(p1, 1)] "Last kernels";
+  output Real k_new[size(p1, 1)] "New kernels";
 algorithm
   for i in 1:size(p1, 1) loop
     k_new[i] := min(max(k[i], min(max(2*(u - p2[i])/a - 1, -1), 1)), min(max(2*(u - p1[i])/a - 1, -1), 1));

@@ -1,13 +1,13 @@
 within HystFMU.Functions;
-function kernelGrid "Where the ramps of Krasnosel'skii-Pokrovskii kernels on a grid begin"
+function kernelGrid "Inputs at which the ramps of Krasnosel'skii-Pokrovskii kernels begin"
   extends Icons.Function;
-  input Integer n "Points of the grid";
+  input Integer n "Number of grid points";
   input Real lo "Lower end of the grid";
   input Real hi "Upper end of the grid";
-  input Boolean rising "The rising ramps?";
+  input Boolean rising "True: rising ramps; false: falling ramps";
   output Real p[div(n*(n + 1), 2)] "Inputs at which the ramps leave -1";
 protected
-  Integer k = 0 "Kernels so far";
+  Integer k = 0 "Number of previous kernels";
 algorithm
   p := fill(lo, div(n*(n + 1), 2));
   for i in 0:n - 1 loop

@@ -4,8 +4,8 @@ function lag "First-order lags after a step with a held input"
   input Real u "Input, held over the step";
   input Real T[:] "Time constants";
   input Real dt "Step";
-  input Real q[size(T, 1)] "Lags before";
-  output Real q_new[size(T, 1)] "Lags after";
+  input Real q[size(T, 1)] "Last lags";
+  output Real q_new[size(T, 1)] "New lags";
 algorithm
   for i in 1:size(T, 1) loop
     q_new[i] := q[i] + (1 - exp(-dt/T[i]))*(u - q[i]);

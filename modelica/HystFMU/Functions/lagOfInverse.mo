@@ -1,17 +1,17 @@
 within HystFMU.Functions;
-function lagOfInverse "First-order lags of the input of creep after a step, from its output"
+function lagOfInverse "First-order lags of the input of a creep, computed from its output"
   extends Icons.Function;
   input Real u "Output of the creep after the step";
-  input Real w0 "Weight of its input";
-  input Real w[:] "Weights of its lags";
+  input Real w0 "Weight of the input of the creep";
+  input Real w[:] "Weights of the lags of the creep";
   input Real T[size(w, 1)] "Time constants";
   input Real dt "Step";
-  input Real q[size(w, 1)] "Lags before";
-  output Real q_new[size(w, 1)] "Lags after";
+  input Real q[size(w, 1)] "Last lags";
+  output Real q_new[size(w, 1)] "New lags";
 protected
-  Real gain "Of the creep over the step";
-  Real rest "What the lags leave of its output";
-  Real share "Approach of a lag to its input in the step";
+  Real gain "Gain of the creep over the step";
+  Real rest "Output of the creep minus the part of the lags";
+  Real share "Relative change of a lag in the step";
 algorithm
   gain := w0;
   rest := u;
@@ -24,7 +24,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> with s = 1 - e<sup>-dt/T</sup>: (w0 + w's) y = u - w'(1 - s) q, q+ = q + s (y - q).</p>
 <p><b>Source:</b> exact discretisation of creep with a held input, solved for the input.</p>
-<p><b>Limitations:</b> the gain w0 + w's is other than 0.</p>
+<p><b>Limitations:</b> the gain w0 + w's must not be 0.</p>
 <p><b>Example:</b> <code>lagOfInverse(u, w0, w, T, Ts, pre(q))</code> in <a href=\"modelica://HystFMU.Inverse.Sampled.CreepInverse\">Inverse.Sampled.CreepInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.CreepInverse\">Inverse.Sampled.CreepInverse</a>, which uses it.</p>
 </html>"));

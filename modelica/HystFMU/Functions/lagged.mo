@@ -2,8 +2,8 @@ within HystFMU.Functions;
 function lagged "Part of a list of lags"
   extends Icons.Function;
   input Real past[:] "Values, newest first";
-  input Integer first "Leave so many out";
-  input Integer n "Take so many";
+  input Integer first "Number of values to skip";
+  input Integer n "Number of values to return";
   output Real z[n] "Values";
 algorithm
   for i in 1:n loop

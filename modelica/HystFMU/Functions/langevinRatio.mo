@@ -1,5 +1,5 @@
 within HystFMU.Functions;
-function langevinRatio "Langevin function over its argument, near 0"
+function langevinRatio "Langevin function divided by its argument, near 0"
   extends Icons.Function;
   input Real q "Square of the argument, at most 1";
   output Real p "L(x)/x for x^2 = q";

@@ -4,7 +4,7 @@ function langevinSlope "Slope of the Langevin function"
   input Real x "Argument";
   output Real slope "dL/dx";
 protected
-  Real size = max(abs(x), 1) "For the form that cancels near 0";
+  Real size = max(abs(x), 1) "Argument of the formula that loses digits near 0";
   Real e = exp(-2*size);
   Real p;
 algorithm

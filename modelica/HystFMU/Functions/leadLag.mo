@@ -2,14 +2,14 @@ within HystFMU.Functions;
 function leadLag "Sections of a lead-lag controller after a new error"
   extends Icons.Function;
   input Real e "Input of the first section";
-  input Real sections[:] "Outputs of the lags in the sections, then their inputs, a step before";
+  input Real sections[:] "Outputs of the lags, then inputs of the sections, at the last step";
   input Real T_z[:] "Time constants of the zeros";
   input Real T_p[:] "Time constants of the poles";
-  input Real dt "Step; 0: in equilibrium with e";
-  output Real sections_new[size(sections, 1)] "Lagged parts and inputs now";
+  input Real dt "Step; 0: start in equilibrium with e";
+  output Real sections_new[size(sections, 1)] "Outputs of the lags, then inputs of the sections, at this step";
 protected
   Integer n = size(T_z, 1);
-  Real direct "T_z/T_p: what passes a section at once";
+  Real direct "Direct gain T_z/T_p of a section";
   Real passed "Input of the section";
 algorithm
   passed := e;

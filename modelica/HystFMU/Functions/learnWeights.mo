@@ -3,15 +3,15 @@ function learnWeights "Weights of recursive least squares and the factors of P a
   extends Icons.Function;
   input Real phi[:] "Regressors";
   input Real y "Measured output";
-  input Real memory[:] "Updates, samples, sigma^2/r^2, weights, those before the sample, D, columns of U above the diagonal";
+  input Real memory[:] "Number of updates, number of samples, sigma^2/r^2, weights, previous weights, D, columns of U above the diagonal";
   input Types.Recursion form "Form";
   input Real mu "Forgetting factor";
   input Real r "Dead zone";
-  input Real share "Gain as a share of its bound";
-  output Real memory_new[size(memory, 1)] "The same after the sample";
+  input Real share "Gain relative to its bound";
+  output Real memory_new[size(memory, 1)] "Memory after the sample";
 protected
   Integer n = size(phi, 1);
-  Integer at "Place in memory before the column of U";
+  Integer at "Index in memory before the column of U";
   Real e = y "Error before the update";
   Real f "Element of U' phi";
   Real v "Element of D U' phi";
@@ -19,7 +19,7 @@ protected
   Real leverage = 0 "phi' P phi";
   Real excess "share (e^2 - r^2)/r^2";
   Real old "alpha before the column";
-  Real alpha "alpha_0 plus part of phi' P phi";
+  Real alpha "alpha_0 plus the sum for phi' P phi up to the column";
   Real gain[size(phi, 1)] "P phi";
 algorithm
   memory_new := memory;

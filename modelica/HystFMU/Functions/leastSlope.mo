@@ -3,7 +3,7 @@ function leastSlope "Least slope of a loading curve"
   extends Icons.Function;
   input Real w0 "Weight of the linear term";
   input Real w[:] "Weights of the plays";
-  output Real slope "The least of w0, w0 + w_1, ...";
+  output Real slope "Minimum of w0, w0 + w_1, ...";
 protected
   Real sum_w;
 algorithm

@@ -1,9 +1,9 @@
 within HystFMU.Functions;
 function multiply64 "Product of two whole numbers modulo 2^64"
   extends Icons.Function;
-  input Real a[4] "First number: 16 bits each, lowest first";
-  input Real b[4] "Second number, likewise";
-  output Real c[4] "Product, likewise";
+  input Real a[4] "First number: four parts of 16 bits, lowest first";
+  input Real b[4] "Second number: four parts of 16 bits";
+  output Real c[4] "Product: four parts of 16 bits";
 protected
   Real carry;
 algorithm
@@ -20,7 +20,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> c = a b mod 2<sup>64</sup>, long multiplication.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Limitations:</b> every sum stays below 2<sup>53</sup>, so that Real arithmetic is exact.</p>
+<p><b>Limitations:</b> every sum is below 2<sup>53</sup>, so Real arithmetic is exact.</p>
 <p><b>Example:</b> <code>multiply64({mod(k + 1, 65536), mod(floor((k + 1)/65536), 65536), mod(floor((k + 1)/4294967296), 65536), 0}, {31765, 32586, 31161, 40503})</code> in <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Functions.randomUniform\">Functions.randomUniform</a>, which uses it.</p>
 </html>"));

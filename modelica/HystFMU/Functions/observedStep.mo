@@ -1,7 +1,7 @@
 within HystFMU.Functions;
-function observedStep "A second-order plant and a constant disturbance over a step"
+function observedStep "Transition matrix of a second-order plant with a constant disturbance"
   extends Icons.Function;
-  input Real p "omega_n times the step, less than 1e6";
+  input Real p "Step multiplied by omega_n, less than 1e6";
   input Real zeta "Damping ratio";
   output Real F[3, 3] "Exponential of {{0, p, 0}, {-p, -2 zeta p, p}, {0, 0, 0}}";
 protected
@@ -30,8 +30,9 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> F = e<sup>A</sup> = (e<sup>A/2^s</sup>)<sup>2^s</sup>; states: position, velocity/omega_n, gain times disturbance.</p>
 <p><b>Source:</b> scaling and squaring: Moler &amp; Van Loan, SIAM Review 45 (2003) 3, section 3.</p>
-<p><b>Limitations:</b> each squaring may double the rounding error: for steps of up to some time constants of the plant. Loops of fixed length
-instead of while, because rumoca 0.10.2 has no while whose end depends on data.</p>
+<p><b>Limitations:</b> each squaring may double the rounding error, so a step must not be longer than some time
+constants of the plant. The loops have a fixed length, because rumoca 0.10.2 supports no while loop whose end depends on
+data.</p>
 <p><b>Example:</b> <code>observedStep(2*pi*f_n*Ts, zeta)</code> in <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>, <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>, which use it.</p>
 </html>"));

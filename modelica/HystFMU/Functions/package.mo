@@ -1,7 +1,7 @@
 within HystFMU;
-package Functions "Functions behind the blocks"
+package Functions "Functions of the blocks"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Everything that a block computes with its memory, as pure functions of arrays: new memory = f(input, old memory).</p>
+<p>These functions compute the steps of the blocks. They are pure functions of arrays: new memory = f(input, old memory).</p>
 </html>"));
 end Functions;

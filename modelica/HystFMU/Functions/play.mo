@@ -3,8 +3,8 @@ function play "Play (backlash) operators after a new input"
   extends Icons.Function;
   input Real u "New input";
   input Real r[:] "Half-widths";
-  input Real z[size(r, 1)] "Play states before";
-  output Real z_new[size(r, 1)] "Play states after";
+  input Real z[size(r, 1)] "Last play states";
+  output Real z_new[size(r, 1)] "New play states";
 algorithm
   for i in 1:size(r, 1) loop
     z_new[i] := if z[i] < u - r[i] then u - r[i] elseif z[i] > u + r[i] then u + r[i] else z[i];

@@ -1,5 +1,5 @@
 within HystFMU.Functions;
-function playWeights "Weights of plays on an even grid that have a given loading curve"
+function playWeights "Weights of plays on an equidistant grid for a given loading curve"
   extends Icons.Function;
   input Real phi[:] "Loading curve at 0, step, 2 step, ...";
   input Real step "Step of the grid";
@@ -10,9 +10,9 @@ algorithm
     w[i] := (phi[i + 1] - 2*phi[i] + phi[i - 1])/step;
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> w_0 = (phi_1 - phi_0)/step, w_i = (phi_(i+1) - 2 phi_i + phi_(i-1))/step: the polygon through the points.</p>
+<p><b>Equation:</b> w_0 = (phi_1 - phi_0)/step, w_i = (phi_(i+1) - 2 phi_i + phi_(i-1))/step, which gives the polygon through the points.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10.</p>
-<p><b>Limitations:</b> between the points the curve is straight.</p>
+<p><b>Limitations:</b> the loading curve is linear between the points.</p>
 <p><b>Example:</b> <code>playWeights(Functions.zhaoTanLoading(q), 0.5*reach/plays)</code> in <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>, which use it.</p>
 </html>"));

@@ -2,13 +2,13 @@ within HystFMU.Functions;
 function polynomial "Polynomial of several variables with a weight for each monomial"
   extends Icons.Function;
   input Real z[:] "Variables";
-  input Real theta[:] "Weights by degree, the constant last";
+  input Real theta[:] "Weights by degree; the constant is last";
   input Integer q "Highest degree, 1 to 3";
   output Real y "Value";
 protected
   Integer p = size(z, 1);
-  Integer n_2 "Weight of degree 2 that comes next";
-  Integer n_3 "Weight of degree 3";
+  Integer n_2 "Index of the next weight of degree 2";
+  Integer n_3 "Index of the next weight of degree 3";
 algorithm
   y := theta[size(theta, 1)];
   n_2 := p;

@@ -1,12 +1,12 @@
 within HystFMU.Functions;
 function prandtlIshlinskiiInverse "Branch of the inverse Prandtl-Ishlinskii operator"
   extends Icons.Function;
-  input Real y "Input: the operator's output";
-  input Real origin[3] "From branchOrigin";
+  input Real y "Wanted output of the operator";
+  input Real origin[3] "Start and scale of the branch, from branchOrigin";
   input Real w0 "Weight of the linear term, greater than 0";
   input Real r[:] "Thresholds, increasing";
   input Real w[size(r, 1)] "Weights";
-  output Real u "Output: the operator's input";
+  output Real u "Input of the operator";
 protected
   Real g = 2*loadingCurveInverse(0.5*origin[3]*abs(y - origin[1]), w0, r, w);
 algorithm

@@ -3,7 +3,7 @@ function randomLevels "Levels of random reversals"
   extends Icons.Function;
   input Integer seed "Seed";
   input Integer m "Number of reversals";
-  output Real levels[m + 1] "0, then in turn above and below the last one, within -1 and 1";
+  output Real levels[m + 1] "0, then alternately above and below the last level, within -1 and 1";
 algorithm
   levels[1] := 0;
   for k in 1:m loop

@@ -9,7 +9,7 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r = sqrt(-2 ln(1 - U_2k)) cos(2 pi U_(2k+1)).</p>
 <p><b>Source:</b> Box &amp; Muller 1958.</p>
-<p><b>Limitations:</b> as randomUniform.</p>
+<p><b>Limitations:</b> as for randomUniform.</p>
 <p><b>Example:</b> <code>randomNormal(seed, counter)</code> in <a href=\"modelica://HystFMU.Sources.Noise\">Sources.Noise</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Noise\">Sources.Noise</a>, which uses it.</p>
 </html>"));

@@ -3,10 +3,10 @@ function reversalsWave "Half cosines between levels"
   extends Icons.Function;
   input Real t "Time";
   input Real levels[:] "Levels";
-  input Real frequency "A piece lasts half a period";
+  input Real frequency "Frequency; a piece lasts half a period";
   output Real w[3] "Value, first and second derivative";
 protected
-  Real place = 2*frequency*t "Pieces since the start";
+  Real place = 2*frequency*t "Number of pieces since the start";
   Integer k = integer(floor(min(max(2*frequency*t, 0), size(levels, 1) - 1.5))) "Piece";
   Real angle;
   Real half;
@@ -21,7 +21,7 @@ algorithm
 <p><b>Equation:</b> l_k + (l_(k+1) - l_k) (1 - cos(pi p))/2.</p>
 <p><b>Source:</b> definition.</p>
 <p><b>Smoothness:</b> the second derivative jumps at an extremum.</p>
-<p><b>Limitations:</b> constant before the start and after the last level.</p>
+<p><b>Limitations:</b> the signal is constant before the start and after the last level.</p>
 <p><b>Example:</b> <code>reversalsWave(time, levels, frequency)</code> in <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.RandomReversals\">Sources.RandomReversals</a>, which uses it.</p>
 </html>"));

@@ -1,10 +1,10 @@
 within HystFMU.Functions;
-function saturatedBranch "First branch of the Preisach operator from saturation, at half steps of its grid"
+function saturatedBranch "First branch of the Preisach operator from saturation, at half steps of the grid"
   extends Icons.Function;
-  input Integer n "Steps of the grid";
+  input Integer n "Number of grid steps";
   input Real E[:] "Everett function below the diagonal, row by row";
-  input Real offset "Middle of the saturated outputs";
-  input Types.Magnetisation start "low or high";
+  input Real offset "Mean of the saturated outputs";
+  input Types.Magnetisation start "Initial saturation: low or high";
   output Real virgin[2*n + 1] "Outputs";
 algorithm
   for k in 0:2*n loop

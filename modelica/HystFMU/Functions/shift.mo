@@ -3,7 +3,7 @@ function shift "Shift register after a new input"
   extends Icons.Function;
   input Real u "New input";
   input Real inputs[:] "The last inputs, newest first";
-  output Real inputs_new[size(inputs, 1)] "With the new one, without the oldest";
+  output Real inputs_new[size(inputs, 1)] "Inputs with the new input, without the oldest input";
 algorithm
   inputs_new[1] := u;
   for i in 2:size(inputs, 1) loop

@@ -6,7 +6,7 @@ function slidingModeLaw "Control law of the sliding mode controller, without lim
   input Real eta "Linear gain";
   input Real rho "Switching gain";
   input Real epsilon "Width of the boundary layer";
-  input Boolean saturation "Linear within the layer, full outside";
+  input Boolean saturation "True: linear within the boundary layer, constant outside";
   output Real u "Control";
 algorithm
   u := u_ff - eta*s - rho*(if saturation then min(max(s/epsilon, -1), 1) else s/(abs(s) + epsilon));

@@ -1,9 +1,9 @@
 within HystFMU.Functions;
-function stepsWave "Levels one after the other"
+function stepsWave "Sequence of levels"
   extends Icons.Function;
   input Real t "Time";
-  input Real levels[:] "Levels; the last one stays";
-  input Real T "Time on a level";
+  input Real levels[:] "Levels; the last level stays";
+  input Real T "Duration of a level";
   output Real w[3] "Value, first and second derivative";
 algorithm
   w := zeros(3);
@@ -14,8 +14,8 @@ algorithm
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> level i for (i - 1) T &le; t &lt; i T.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Smoothness:</b> jumps from level to level.</p>
-<p><b>Limitations:</b> the derivatives are 0: a jump does not show in them.</p>
+<p><b>Smoothness:</b> the signal jumps from level to level.</p>
+<p><b>Limitations:</b> the derivatives are always 0, also at jumps.</p>
 <p><b>Example:</b> <code>stepsWave(time, levels, T)</code> in <a href=\"modelica://HystFMU.Sources.Steps\">Sources.Steps</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Steps\">Sources.Steps</a>, which uses it.</p>
 </html>"));

@@ -4,14 +4,14 @@ function triangleWave "Triangle and its derivatives"
   input Real t "Time";
   input Real frequency "Frequency";
   input Real phase "Phase";
-  input Real turn "Share of the time in the turn-arounds";
+  input Real turn "Share of the period in the turn-arounds";
   output Real w[3] "Value, first and second derivative";
 protected
-  Real q "Part of a cycle";
-  Real reach = turn/4 "Half the duration of a turn-around, as part of a cycle";
+  Real q "Fraction of a cycle";
+  Real reach = turn/4 "Half the duration of a turn-around, as a fraction of a cycle";
   Real speed = 4/(1 - turn/2) "Speed of the lines per cycle";
   Real side "1 in the half cycle around the maximum, else -1";
-  Real from "Part of a cycle since the extremum of this half cycle";
+  Real from "Fraction of a cycle since the extremum of this half cycle";
 algorithm
   q := frequency*t + phase/6.283185307179586;
   q := q - floor(q);
@@ -28,10 +28,10 @@ algorithm
     w[3] := 0;
   end if;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> rises through 0 at the start of a cycle, as the sine does. For the share <em>turn</em> of the time, parabolas around the extrema join the lines.</p>
+<p><b>Equation:</b> the signal rises through 0 at the start of a cycle, like a sine. Parabolas around the extrema connect the lines; they take the share <em>turn</em> of the time.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Smoothness:</b> rates jump where a line begins.</p>
-<p><b>Limitations:</b> the derivatives in the corners are those of the next piece.</p>
+<p><b>Smoothness:</b> the second derivative jumps where a line begins.</p>
+<p><b>Limitations:</b> at corners, the derivatives are those of the next piece.</p>
 <p><b>Example:</b> <code>triangleWave(time, frequency, phase, turn)</code> in <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Triangle\">Sources.Triangle</a>, which uses it.</p>
 </html>"));

@@ -3,15 +3,15 @@ function turn "Memory of dominant extrema after a new input"
   extends Icons.Function;
   input Real x "New input";
   input Real x0 "Origin of the virgin branch";
-  input Real h "Output at the previous input";
-  input Real memory[:] "Count, direction, previous input, extrema[depth], outputs at them[depth]";
-  input Boolean last = false "Remember the last extremum only: the literal reading, for replicas";
+  input Real h "Output at the last input";
+  input Real memory[:] "Number of extrema, direction, last input, extrema[depth], outputs at the extrema[depth]";
+  input Boolean last = false "True: store only the last extremum, as the paper literally states";
   output Real memory_new[size(memory, 1)] "Memory after the new input";
 protected
   Integer depth = div(size(memory, 1) - 3, 2);
   Integer count = integer(memory[1]);
   Real direction = memory[2];
-  Integer pushed "1: the previous input was an extremum and is not yet in the list";
+  Integer pushed "1 if the last input was an extremum that is not yet in the list";
   Integer n;
   Boolean wiping;
 algorithm
@@ -20,7 +20,7 @@ algorithm
   if x <> memory[3] then
     direction := if x > memory[3] then 1 else -1;
     pushed := if memory[2] <> 0 and direction <> memory[2] then 1 else 0;
-    // wiping-out: x has passed the extremum before the newest one; every pass but the first removes two
+    // wiping-out: x has passed the extremum before the newest one; later iterations remove two extrema
     wiping := not last;
     for i in 1:div(depth, 2) + 1 loop
       if wiping then
@@ -28,7 +28,7 @@ algorithm
         if n == 0 then
           wiping := false;
         elseif n == 1 then
-          // the outermost extremum also closes on the virgin branch of the other side
+          // the outermost extremum also closes on the opposite virgin branch
           if direction*(x - x0) >= direction*(x0 - (if pushed == 1 then memory[3] else memory[4])) then
             count := 0;
             pushed := 0;
@@ -43,7 +43,7 @@ algorithm
       end if;
     end for;
     if pushed == 1 then
-      // a full list forgets its smallest loop, the last pair
+      // if the list is full, its smallest loop (the last pair) is deleted
       count := if last then 1 else (if count == depth then depth - 2 else count) + 1;
       memory_new[3 + count] := memory[3];
       memory_new[3 + depth + count] := h;
@@ -53,15 +53,15 @@ algorithm
     memory_new[3] := x;
   end if;
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> when x passes the extremum before the newest one, that loop is closed and both are removed; when x turns, the
-previous input is appended with the output there. The output is not needed to find the branch: it is computed from the new memory
-by branchOrigin and the operator's own branch function. With last = true the new extremum replaces the old one, whether
-that was passed or not: it drifts, and is unbounded on random reversals.</p>
+<p><b>Equation:</b> when x passes the extremum before the newest one, the loop is closed and both extrema are removed.
+When x turns, the last input and its output are appended. The branch follows from the new memory, with the functions
+branchOrigin and the branch function of the operator. With last = true, a new extremum always replaces the old one; then
+the output drifts, and it is unbounded for random reversals.</p>
 <p><b>Source:</b> Madelung's rules; Zhao &amp; Tan 2008, section III (dominant extrema), eq. 4 (literal reading).</p>
-<p><b>Smoothness:</b> the list jumps where a loop closes; what is computed from it does not.</p>
-<p><b>Limitations:</b> depth (size of memory = 3 + 2 depth) must be at least 4. When the list is full, the smallest stored loop, the last pair, is
-forgotten as if it had closed. The cost grows with depth: loops of fixed length instead of while, because
-rumoca 0.10.2 has no while whose end depends on data.</p>
+<p><b>Smoothness:</b> the list changes where a loop closes; the output of the operator does not jump.</p>
+<p><b>Limitations:</b> depth (size of memory = 3 + 2 depth) must be at least 4. When the list is full, the smallest
+stored loop (the last pair) is deleted. The computing time is proportional to depth: the loops have a fixed length,
+because rumoca 0.10.2 supports no while loop whose end depends on data.</p>
 <p><b>Example:</b> <code>turn(h, 0, pre(x), pre(extrema))</code> in <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverse\">Inverse.Sampled.ZhaoTanInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, which use it.</p>
 </html>"));

@@ -1,9 +1,9 @@
 within HystFMU.Functions;
 function virginBranch "First branch of the Preisach operator, at half steps of its grid"
   extends Icons.Function;
-  input Integer n "Steps of the grid";
+  input Integer n "Number of grid steps";
   input Real E[:] "Everett function below the diagonal, row by row";
-  input Real offset "Middle of the saturated outputs";
+  input Real offset "Mean of the saturated outputs";
   input Types.Magnetisation start "State before the first input";
   output Real virgin[2*n + 1] "Outputs";
 algorithm

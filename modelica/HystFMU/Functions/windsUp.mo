@@ -1,11 +1,11 @@
 within HystFMU.Functions;
-function windsUp "Does a step of the integral push the control further out of its limits?"
+function windsUp "True if a step of the integral moves the control further outside its limits"
   extends Icons.Function;
   input Real before "Unlimited control without the step";
-  input Real after "Unlimited control with it";
+  input Real after "Unlimited control with the step";
   input Real u_min "Lower limit";
   input Real u_max "Upper limit";
-  output Boolean yes "True: the step is not to be taken";
+  output Boolean yes "True if the step must be omitted";
 algorithm
   yes := after > u_max and after > before or after < u_min and after < before;
   annotation (Documentation(info = "<html>

@@ -1,11 +1,11 @@
 within HystFMU.Functions;
-function xorShift64 "A number and itself shifted right, bit by bit exclusive or"
+function xorShift64 "Exclusive or of a number and the number shifted right"
   extends Icons.Function;
-  input Real z[4] "Number: 16 bits each, lowest first";
-  input Integer shift "Bits, 17 to 31";
-  output Real y[4] "Result, likewise";
+  input Real z[4] "Number: four parts of 16 bits, lowest first";
+  input Integer shift "Number of bits, 17 to 31";
+  output Real y[4] "Result: four parts of 16 bits";
 protected
-  Real low = 2^(shift - 16) "Weight of the shift beyond 16 bits";
+  Real low = 2^(shift - 16) "Factor of the shift beyond 16 bits";
   Real shifted[4];
   Real a;
   Real b;

@@ -1,12 +1,12 @@
 within HystFMU.Functions;
 function zhaoTanInverse "Branch of the inverse Zhao-Tan operator"
   extends Icons.Function;
-  input Real h "Input: the operator's output";
-  input Real origin[3] "From branchOrigin";
-  output Real x "Output: the operator's input";
+  input Real h "Wanted output of the operator";
+  input Real origin[3] "Start and scale of the branch, from branchOrigin";
+  output Real x "Input of the operator";
 protected
   Real v = origin[3]*abs(h - origin[1]);
-  Real d "g(d) = v";
+  Real d "Solution of g(d) = v";
   Real e;
   Real g;
   Real dg;
@@ -28,7 +28,7 @@ algorithm
   annotation (smoothOrder = 0, Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(s abs(h - h_p))/s, g(d) = (1 - e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section III; Halley's method.</p>
-<p><b>Limitations:</b> four iterations: full accuracy for every v.</p>
+<p><b>Limitations:</b> none: four iterations give full accuracy for every v.</p>
 <p><b>Example:</b> <code>zhaoTanInverse(h, Functions.branchOrigin(extrema, 0, x0, 2))</code> in <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>, <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverse\">Inverse.Sampled.ZhaoTanInverse</a>, which use it.</p>
 </html>"));

@@ -1,8 +1,8 @@
 within HystFMU.Functions;
 function zhaoTanInverseReconstructed "Branch of the reconstructed inverse Zhao-Tan operator"
   extends Icons.Function;
-  input Real h "Input: wanted output of the operator";
-  input Real origin[3] "From branchOrigin";
+  input Real h "Wanted output of the operator";
+  input Real origin[3] "Start and scale of the branch, from branchOrigin";
   output Real x "Output";
 protected
   Real d = origin[3]*abs(h - origin[1]) "Length of the branch";

@@ -3,18 +3,18 @@ block AdaptiveInverse "Adaptive inverse of a Prandtl-Ishlinskii operator: learns
   extends BaseClasses.AdaptiveInverse(u(start = u0, fixed = true), theta(start = cat(1, {w0}, w), each fixed = true), y_hat(start = (w0 + sum(w))*u0, fixed = true), gate(start = 0, fixed = true), changes(start = 0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  constant Real pi = 3.141592653589793 "Half a turn";
-  parameter Real F[3, 3] = if f_n > 0 then Functions.observedStep(2*pi*f_n*Ts, zeta) else [0, 0, 1; 0, 0, 0; 0, 0, 1] "Position, velocity/omega_n and input of G0 over a step";
+  constant Real pi = 3.141592653589793 "Number pi";
+  parameter Real F[3, 3] = if f_n > 0 then Functions.observedStep(2*pi*f_n*Ts, zeta) else [0, 0, 1; 0, 0, 0; 0, 0, 1] "Transition matrix of position, velocity/omega_n and input of G0";
   parameter Integer m = n + 1 "Number of weights";
   discrete Real z[n](each start = u0, each fixed = true) "Plays of the command";
   discrete Real z_then[n](each start = u0, each fixed = true) "Plays of the delayed command";
   discrete Real past[delay + 1](each start = u0, each fixed = true) "Last commands, newest first";
   discrete Real phi[n + 1](each start = u0, each fixed = true) "Regressors";
-  discrete Real dphi[n + 1](each start = 0, each fixed = true) "Their rates/omega_n";
+  discrete Real dphi[n + 1](each start = 0, each fixed = true) "Rates of the regressors/omega_n";
   parameter Real slow = 1 - exp(-2*pi*f_h*Ts) "Gain of the low pass in a step";
   discrete Real low[n + 1](each start = if f_h > 0 then u0 else 0, each fixed = true) "Slow part of the regressors";
   discrete Real y_low(start = 0, fixed = true) "Slow part of the measured output";
-  discrete Real memory[3 + m + div(m*(m + 1), 2)](start = cat(1, {0, 0, pause, w0}, w, Functions.independent(start*sd)), each fixed = true) "Number of sudden changes, wrong predictions in a row, time since the last change, weights, P";
+  discrete Real memory[3 + m + div(m*(m + 1), 2)](start = cat(1, {0, 0, pause, w0}, w, Functions.independent(start*sd)), each fixed = true) "Number of sudden changes, consecutive wrong predictions, time since the last change, weights, P";
   discrete Real y_d_last(start = 0, fixed = true) "Reference of the last sample";
 equation
   assert(Functions.isNotDecreasing(r), "the thresholds r must not decrease");
@@ -37,7 +37,7 @@ equation
     y_d_last = y_d;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> y is what the last command led to: the plant steps before. The plant must stand still at u0 before the start.</p>
+<p><b>Limitations:</b> y is the response to the last command, because the plant steps first. Before the start, the plant must be at rest at u0.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.AdaptiveInverse\">Inverse.BaseClasses.AdaptiveInverse</a>: equation, source, example.</p>
 </html>"));
 end AdaptiveInverse;

@@ -2,7 +2,7 @@ within HystFMU;
 package Inverse "Inverses of the operators"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>The same list of extrema, driven by the output, with the inverse branch function. For operators and models without an
-inverse in closed form, Sampled.ImplicitInverse finds the input by bounded root search.</p>
+<p>The inverses store the extrema of the wanted output and use inverse branch functions. For operators and models
+without an inverse in closed form, Sampled.ImplicitInverse computes the input by root finding.</p>
 </html>"));
 end Inverse;

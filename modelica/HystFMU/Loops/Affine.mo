@@ -10,7 +10,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = gain u + offset.</p>
 <p><b>Source:</b> affine normalisation.</p>
-<p><b>Limitations:</b> none. Between sampled blocks it stands for Dynamics.Scaling, whose vector rumoca 0.10.2 hands on a sample late.</p>
+<p><b>Limitations:</b> none. Between sampled blocks, this block replaces Dynamics.Scaling, whose vector output is one sample late in rumoca 0.10.2.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Loops.IdentifiedInverse\">Loops.IdentifiedInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Scaling\">Dynamics.Scaling</a>.</p>
 </html>"));

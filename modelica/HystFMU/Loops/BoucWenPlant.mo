@@ -1,5 +1,5 @@
 within HystFMU.Loops;
-block BoucWenPlant "Linear term less a Bouc-Wen state, before dynamics G0(s)"
+block BoucWenPlant "Linear term and Bouc-Wen state, in series with dynamics G0(s)"
   extends Interfaces.Plant;
   parameter Real A = 1 "Initial slope of z" annotation (Dialog(group = "Parameters"));
   parameter Real beta = 1 "Dissipation" annotation (Dialog(group = "Parameters"));
@@ -22,7 +22,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = G0(s) (k_1 u + k_2 z), z the state of a Bouc-Wen operator with n = 1.</p>
 <p><b>Source:</b> Yu &amp; Alici 2005 (H followed by G0), with the hysteresis of Bouc and Wen as in the scenarios.</p>
-<p><b>Limitations:</b> the hysteresis is sampled, its output is held for Ts; the dynamics are continuous.</p>
+<p><b>Limitations:</b> the hysteresis is sampled and its output is held over Ts; the dynamics are continuous.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.BoucWen\">Examples.BoucWen</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>, <a href=\"modelica://HystFMU.Plants.BacklashSumDynamics\">Plants.BacklashSumDynamics</a>.</p>
 </html>"));

@@ -1,10 +1,10 @@
 within HystFMU.Loops;
-block DuhemPlant "Duhem operator before dynamics G0(s)"
+block DuhemPlant "Duhem operator in series with dynamics G0(s)"
   extends Interfaces.Plant;
   parameter Real k = 0.6 "Slope of the linear term" annotation (Dialog(group = "Parameters"));
   parameter Real a(min = 0) = 0.5 "Slope of the state at 0" annotation (Dialog(group = "Parameters"));
   parameter Real b(min = 0) = 0.8 "Decay of the slope with the state" annotation (Dialog(group = "Parameters"));
-  parameter Real c(min = 0) = 0.6 "Decay of the slope with its amount" annotation (Dialog(group = "Parameters"));
+  parameter Real c(min = 0) = 0.6 "Decay of the slope with the absolute value of the state" annotation (Dialog(group = "Parameters"));
   parameter Types.Frequency f_n(min = 0) = 500 "Natural frequency of G0" annotation (Dialog(group = "Parameters"));
   parameter Real zeta(min = 0) = 0.7 "Damping ratio of G0" annotation (Dialog(group = "Parameters"));
   parameter Types.Time Ts = 1e-4 "Sample period of the hysteresis" annotation (Dialog(group = "Sampling"));
@@ -19,7 +19,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = G0(s) (k u + w), w' = a u' - b abs(u') w - c u' abs(w), a Duhem operator.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005 (operator); Yu &amp; Alici 2005 (H followed by G0).</p>
-<p><b>Limitations:</b> the hysteresis is sampled, its output is held for Ts; the dynamics are continuous.</p>
+<p><b>Limitations:</b> the hysteresis is sampled and its output is held over Ts; the dynamics are continuous.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Duhem\">Examples.Duhem</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Duhem\">Operators.Sampled.Duhem</a>, <a href=\"modelica://HystFMU.Loops.LinearInverse\">Loops.LinearInverse</a>.</p>
 </html>"));

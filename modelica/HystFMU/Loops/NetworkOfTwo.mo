@@ -1,5 +1,5 @@
 within HystFMU.Loops;
-block NetworkOfTwo "Network of one output on two signals, which are limited and scaled"
+block NetworkOfTwo "Network with one output and two inputs, which are limited and scaled"
   extends Icons.Block;
   parameter Integer n_hidden(min = 1) = 12 "Number of hidden neurons" annotation (Dialog(group = "Sizes"));
   parameter Real gain[2] = {1, 1} "Gains of the inputs" annotation (Dialog(group = "Scaling"));
@@ -23,7 +23,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = b2 + W2 s(b1 + W1 x), s(a) = 1/(1 + e<sup>-a</sup>), x the inputs limited and scaled.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, fig. 4.</p>
-<p><b>Limitations:</b> sigmoid only. Between sampled blocks it stands for Dynamics.Scaling and Networks.Mlp, whose vectors rumoca 0.10.2 hands on a sample late.</p>
+<p><b>Limitations:</b> sigmoid only. Between sampled blocks, this block replaces Dynamics.Scaling and Networks.Mlp, whose vector outputs are one sample late in rumoca 0.10.2.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Loops.ZhaoTanNetworkInverse\">Loops.ZhaoTanNetworkInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.Mlp\">Networks.Mlp</a>, <a href=\"modelica://HystFMU.Dynamics.Scaling\">Dynamics.Scaling</a>.</p>
 </html>"));

@@ -9,15 +9,15 @@ block PreisachInverse "Inverse of a Preisach operator by root finding"
   parameter Types.Time Ts = 1e-4 "Sample period" annotation (Dialog(group = "Sampling"));
   Inverse.Sampled.ImplicitInverse root(redeclare package Model = Inverse.Models.Preisach, lo = lo, hi = hi, values = cat(1, {lo, hi, origin}, virgin, E), state0 = cat(1, {0, 0, 0, origin}, zeros(2*depth)), Ts = Ts) annotation (Placement(transformation(extent = {{-10, -10}, {10, 10}})));
 protected
-  parameter Real origin = 0.5*lo + 0.5*hi "Where the first branch starts";
+  parameter Real origin = 0.5*lo + 0.5*hi "Input at the start of the first branch";
   parameter Real virgin[2*n + 1] = Functions.demagnetisedBranch(n, E, 0) "First branch from the demagnetised state";
 equation
   connect(y, root.y) annotation (Line(points = {{-110, 0}, {-11, 0}}, color = {0, 0, 127}));
   connect(root.u, u) annotation (Line(points = {{11, 0}, {110, 0}}, color = {0, 0, 127}));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> the u at which H[u] = y, H as in Operators.BaseClasses.Preisach.</p>
+<p><b>Equation:</b> solves H[u] = y for u, with H as in Operators.BaseClasses.Preisach.</p>
 <p><b>Source:</b> Mayergoyz 1991.</p>
-<p><b>Limitations:</b> from the demagnetised state, whose output is 0; y within the two saturated outputs.</p>
+<p><b>Limitations:</b> the initial state is demagnetised, with output 0; y must lie between the two saturated outputs.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Preisach\">Examples.Preisach</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>, <a href=\"modelica://HystFMU.Loops.PreisachPlant\">Loops.PreisachPlant</a>.</p>
 </html>"));

@@ -1,5 +1,5 @@
 within HystFMU.Loops;
-block PreisachPlant "Preisach operator before dynamics G0(s)"
+block PreisachPlant "Preisach operator in series with dynamics G0(s)"
   extends Interfaces.Plant;
   parameter Integer n(min = 1) = 4 "Number of grid steps over [lo, hi]" annotation (Dialog(group = "Sizes"));
   parameter Real lo = -2 "Input of negative saturation" annotation (Dialog(group = "Limits"));
@@ -17,9 +17,9 @@ equation
   connect(hysteresis.y, dynamics.u) annotation (Line(points = {{-39, 0}, {19, 0}}, color = {0, 0, 127}));
   connect(dynamics.y, y) annotation (Line(points = {{41, 0}, {110, 0}}, color = {0, 0, 127}));
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = G0(s) H[u], H as in Operators.BaseClasses.Preisach, from the demagnetised state. The default has E = 0.6 (alpha - beta) + 0.05 (alpha - beta)<sup>2</sup> at the nodes.</p>
+<p><b>Equation:</b> y = G0(s) H[u], with H as in Operators.BaseClasses.Preisach, initially demagnetised. The default is E = 0.6 (alpha - beta) + 0.05 (alpha - beta)<sup>2</sup> at the nodes.</p>
 <p><b>Source:</b> Yu &amp; Alici 2005 (H followed by G0); Mayergoyz 1991 (H).</p>
-<p><b>Limitations:</b> the hysteresis is sampled, its output is held for Ts; the dynamics are continuous.</p>
+<p><b>Limitations:</b> the hysteresis is sampled and its output is held over Ts; the dynamics are continuous.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Preisach\">Examples.Preisach</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, <a href=\"modelica://HystFMU.Loops.PreisachInverse\">Loops.PreisachInverse</a>.</p>
 </html>"));

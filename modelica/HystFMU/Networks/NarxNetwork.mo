@@ -14,7 +14,7 @@ equation
     y = b2 + a*z + W2*Functions.activation(Functions.neurons(z, W1, b1), Types.Activation.tanh);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> far outside the range of its training a network means nothing.</p>
+<p><b>Limitations:</b> far outside the range of the training data, the output of a network is meaningless.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.BaseClasses.NarxNetwork\">Networks.BaseClasses.NarxNetwork</a>: equation, source, example.</p>
 </html>"));
 end NarxNetwork;

@@ -15,7 +15,7 @@ equation
     y = Functions.polynomial(cat(1, Functions.lagged(past_u, n_k, n_u), Functions.lagged(past_f, n_k, n_f), Functions.lagged(past_y, 0, n_y)), theta, q);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> degree 3 at most (the unit goes to 10).</p>
+<p><b>Limitations:</b> degree 3 at most (the unit: 10).</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.BaseClasses.PolynomialNarx\">Networks.BaseClasses.PolynomialNarx</a>: equation, source, example.</p>
 </html>"));
 end PolynomialNarx;

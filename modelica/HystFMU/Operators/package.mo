@@ -2,6 +2,6 @@ within HystFMU;
 package Operators "Hysteresis operators"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>Each operator in up to three realisations with the same parameters: Sampled, Events, Smooth. A model that uses <code>replaceable Operators.Sampled.X constrainedby Operators.BaseClasses.X</code> can change over by redeclare. Those with return-point memory share one list of dominant extrema, Functions.turn, and differ in the branch function alone.</p>
+<p>Each operator has up to three realisations with the same parameters: Sampled, Events, Smooth. A model that uses <code>replaceable Operators.Sampled.X constrainedby Operators.BaseClasses.X</code> can change the realisation by redeclare. Operators with return-point memory use the same list of dominant extrema (Functions.turn) and differ only in the branch function.</p>
 </html>"));
 end Operators;

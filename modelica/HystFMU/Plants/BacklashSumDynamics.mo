@@ -1,5 +1,5 @@
 within HystFMU.Plants;
-block BacklashSumDynamics "Hysteretic actuator: sum of backlash operators before second-order dynamics G0(s)"
+block BacklashSumDynamics "Hysteretic actuator: sum of backlash operators in series with second-order dynamics G0(s)"
   extends Interfaces.Plant;
   extends Interfaces.Sampled;
   parameter Integer n(min = 1) = 10 "Number of backlash operators" annotation (Dialog(group = "Parameters"));
@@ -20,7 +20,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = G0(s) (w0 u + sum_i w_i p_{r_i}[u]), G0(s) = gain/(s<sup>2</sup>/omega_n<sup>2</sup> + 2 zeta s/omega_n + 1).</p>
 <p><b>Source:</b> Yu &amp; Alici 2005 (H followed by G0); Zhao &amp; Tan 2008, section II (ten backlash operators).</p>
-<p><b>Limitations:</b> the hysteresis is sampled, its output is held for Ts; the dynamics are continuous.</p>
+<p><b>Limitations:</b> the hysteresis is sampled and its output is held over Ts; the dynamics are continuous.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BacklashSum\">Operators.Sampled.BacklashSum</a>, <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>.</p>
 </html>"));

@@ -7,7 +7,7 @@ equation
   m_L*der(v) = u - c_L*v - k_L*y - z;
   der(z) = noEvent(alpha*v - beta*(gamma*abs(v)*(if z >= 0 then 1 else -1) + delta*v)*abs(z)^nu);
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> continuous: the accuracy is the solver's. The unit takes Newmark steps, with an error of second order.</p>
+<p><b>Limitations:</b> the block is continuous; the solver determines its accuracy. The unit uses Newmark's method of second order.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.BaseClasses.BoucWenOscillator\">Plants.BaseClasses.BoucWenOscillator</a>: equation, source, example.</p>
 </html>"));
 end BoucWenOscillator;

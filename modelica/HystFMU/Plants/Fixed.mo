@@ -1,7 +1,7 @@
 within HystFMU.Plants;
 model Fixed "Flange that does not move"
   extends Icons.Component;
-  Interfaces.Flange flange "Held in place" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  Interfaces.Flange flange "Fixed flange" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   parameter Types.Position s0 = 0 "Where" annotation (Dialog(group = "Start"));
 equation
   flange.s = s0;

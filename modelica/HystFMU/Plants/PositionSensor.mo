@@ -1,7 +1,7 @@
 within HystFMU.Plants;
 model PositionSensor "Position of a flange as a signal"
   extends Icons.Component;
-  Interfaces.Flange flange "What is measured; takes no force" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.Flange flange "Flange whose position is measured, without force" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
   Interfaces.RealOutput s(unit = "m") "Position" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 equation
   flange.f = 0;
@@ -11,7 +11,7 @@ equation
     Documentation(info = "<html>
 <p><b>Equation:</b> f = 0; the output is the position.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Limitations:</b> ideal: no noise, no bandwidth.</p>
+<p><b>Limitations:</b> ideal sensor without noise and bandwidth limit.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.SpringMassLoad\">Plants.SpringMassLoad</a>.</p>
 </html>"));

@@ -3,7 +3,7 @@ block DecayingSine "Decaying sine reference with derivatives and preview"
   extends BaseClasses.DecayingSine;
 protected
   Real now[3] "Signal and derivatives before factor and offset";
-  Real ahead[3] "Likewise, lead seconds ahead";
+  Real ahead[3] "Signal and derivatives lead seconds ahead, before factor and offset";
 equation
   now = Functions.decayingSineWave(time, frequency, phase, decay);
   ahead = Functions.decayingSineWave(time + lead, frequency, phase, decay);

@@ -2,7 +2,7 @@ within HystFMU.Sources;
 block Disturbance "Disturbance: step plus sine"
   extends BaseClasses.Disturbance;
 protected
-  constant Real turn(unit = "rad") = 6.283185307179586 "One turn";
+  constant Real turn(unit = "rad") = 6.283185307179586 "Number 2 pi";
 equation
   d = (if time >= t_step then step else 0) + amplitude*sin(turn*frequency*time + phase);
   annotation (Documentation(info = "<html>

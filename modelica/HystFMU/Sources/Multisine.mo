@@ -3,7 +3,7 @@ block Multisine "Sum of sines with derivatives and preview"
   extends BaseClasses.Multisine;
 protected
   Real now[3] "Signal and derivatives before factor and offset";
-  Real ahead[3] "Likewise, lead seconds ahead";
+  Real ahead[3] "Signal and derivatives lead seconds ahead, before factor and offset";
 equation
   now = Functions.multisineWave(time, f, a, ph);
   ahead = Functions.multisineWave(time + lead, f, a, ph);

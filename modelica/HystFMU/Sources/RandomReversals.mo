@@ -4,7 +4,7 @@ block RandomReversals "Random nested reversals with derivatives and preview"
 protected
   parameter Real levels[m + 1] = Functions.randomLevels(seed, m) "Levels";
   Real now[3] "Signal and derivatives before factor and offset";
-  Real ahead[3] "Likewise, lead seconds ahead";
+  Real ahead[3] "Signal and derivatives lead seconds ahead, before factor and offset";
 equation
   now = Functions.reversalsWave(time, levels, frequency);
   ahead = Functions.reversalsWave(time + lead, levels, frequency);
@@ -13,7 +13,7 @@ equation
   dr_lead = amplitude*ahead[2];
   ddr_lead = amplitude*ahead[3];
   annotation (Documentation(info = "<html>
-<p><b>Equation:</b> r = offset + amplitude w(t), w through levels drawn in turn above and below the last one, joined by half cosines. r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
+<p><b>Equation:</b> r = offset + amplitude w(t), w connects levels by half cosines; each random level is alternately above or below the last level. r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> SplitMix64: Steele, Lea &amp; Flood 2014; the unit <em>reference</em> with shape random_reversals, the same levels for a seed.</p>
 <p><b>Limitations:</b> none.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.BaseClasses.RandomReversals\">Sources.BaseClasses.RandomReversals</a>: equation, source, example.</p>

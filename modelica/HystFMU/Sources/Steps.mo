@@ -1,9 +1,9 @@
 within HystFMU.Sources;
-block Steps "Levels one after the other"
+block Steps "Sequence of levels"
   extends BaseClasses.Steps;
 protected
   Real now[3] "Signal and derivatives before factor and offset";
-  Real ahead[3] "Likewise, lead seconds ahead";
+  Real ahead[3] "Signal and derivatives lead seconds ahead, before factor and offset";
 equation
   now = Functions.stepsWave(time, levels, T);
   ahead = Functions.stepsWave(time + lead, levels, T);
@@ -14,7 +14,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r = offset + amplitude w(t), w = level i for (i - 1) T &le; t &lt; i T. r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> definition; the unit <em>reference</em> with shape steps.</p>
-<p><b>Limitations:</b> the rate of a jump does not show: for the realisations Events and Smooth take a ramp instead.</p>
+<p><b>Limitations:</b> the derivative does not show jumps: for the realisations Events and Smooth, use ramps instead.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.BaseClasses.Steps\">Sources.BaseClasses.Steps</a>: equation, source, example.</p>
 </html>"));
 end Steps;

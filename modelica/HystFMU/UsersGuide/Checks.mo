@@ -1,6 +1,6 @@
 // generated from modelica/rules.toml by `make generate` - do not edit
 within HystFMU.UsersGuide;
-package Checks "What is checked in every class"
+package Checks "Checks of every class"
   extends Icons.Information;
   annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
 <p>Different tools detect different faults. <code>make modelica-strict</code> checks every class by these rules, the

@@ -2,14 +2,18 @@ within HystFMU.UsersGuide;
 package TutorialActuator "Tutorial: an actuator with physical ports"
   extends Icons.Information;
   annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
-<p><a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>: a voltage drive, a stack with an identified hysteresis between two pins and two flanges, a load.</p>
+<p><a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>: a voltage drive, a stack with an
+identified hysteresis, two pins and two flanges, and a load.</p>
 <p><img src=\"modelica://HystFMU/Resources/Images/StackMovesMass.svg\" alt=\"diagram of Examples.StackMovesMass\"/></p>
-<p>The pins and flanges carry the quantities of those of the Modelica Standard Library and connect to them. Nothing is differentiated: the
-rate that the hysteresis needs is that of a state. The hysteresis is replaceable: choose another of <a href=\"modelica://HystFMU.Actuators.Hysteresis\">Actuators.Hysteresis</a>.
+<p>The pins and flanges have the same quantities as those of the Modelica Standard Library and can be connected to them.
+No signal is differentiated, because the hysteresis uses the rate of a state. The hysteresis is replaceable by another
+class of <a href=\"modelica://HystFMU.Actuators.Hysteresis\">Actuators.Hysteresis</a>.
 Plot <code>stack.flange_b.s</code> over <code>stack.pin_p.v</code>.</p>
 <p><a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a> closes a loop around the stack, with a sensor, the inverse and a controller of the library.
-An exported actuator may stand in the place of the stack. In <a href=\"modelica://HystFMU.Loops.Tracking\">Loops.Tracking</a>, amplifier, actuator and sensor are the plant.
-<a href=\"modelica://HystFMU.Examples.MagnetostrictiveRod\">Examples.MagnetostrictiveRod</a> has an actuator that a current drives. With blocks of the Modelica Standard Library, such a loop is</p>
+An exported actuator may replace the stack. In <a href=\"modelica://HystFMU.Loops.Tracking\">Loops.Tracking</a>,
+amplifier, actuator and sensor are the plant.
+The actuator of <a href=\"modelica://HystFMU.Examples.MagnetostrictiveRod\">Examples.MagnetostrictiveRod</a> has a
+current drive. With blocks of the Modelica Standard Library, such a loop is</p>
 <pre>
 model WithStandardBlocks
   HystFMU.Sources.Sine reference(frequency = 10) \"In parts of the stroke\";

@@ -5,7 +5,7 @@ model Amplifier "Amplifier at its current limit, at a limit of voltage, and betw
 protected
   discrete Types.Voltage u_k(start = 0, fixed = true) "Held input";
 equation
-  // held between samples, as the unit's input is
+  // held between samples, like the input of the unit
   when sample(0, 0.0001) then
     u_k = 60 + 70*sin(600*time) + 0.3*cos(2900*time);
   end when;

@@ -5,7 +5,7 @@ model TransferFunction "Second-order dynamics, 500 Hz, damping 0.7, with a held 
 protected
   discrete Real u_k(start = 0, fixed = true) "Held input";
 equation
-  // held between samples, as the unit's input is
+  // held between samples, like the input of the unit
   when sample(0, 1e-4) then
     u_k = 1 + sin(600*time) + 0.3*cos(2900*time);
   end when;

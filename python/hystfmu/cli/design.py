@@ -81,7 +81,7 @@ def repetitive(
     from hystfmu.report.terminal import progress
 
     if period is not None and frequency is not None:
-        raise InputError("--period and --frequency state the same. Got both.")
+        raise InputError("Give either --period or --frequency. Got both.")
     (source,) = found([scenario])
     into = _folder(out, source)
     with progress("designing") as report:

@@ -120,14 +120,14 @@ def export(
     if Path(model).is_dir() or Path(model).name == "scenario.toml":
         raise InputError(f"{model}: A scenario must be exported with --controller, or by 'hystfmu ssp'. Got neither.")
     if case is not None or target is not None:
-        raise InputError("--case and --c belong to the scenario of --controller. Got a model or block.")
+        raise InputError("--case and --c need --controller with a scenario. Got a model or block.")
     if sheet and folder is None:
-        raise InputError("--sheet describes the actuator of --modelica DIR")
+        raise InputError("--sheet needs --modelica DIR, because it describes an actuator")
     if how["path"] is None and folder is None:
         raise InputError("export needs -o X.fmu, --modelica DIR, or both")
     if Path(model).suffix:
         if settings:
-            raise InputError("--set gives the values of a bare block. A model file has its own.")
+            raise InputError("--set needs a single block. Got a model file, which contains its values.")
         loaded = hy.Model.load(model)
         if step is not None:
             loaded = _stepped(loaded, step)

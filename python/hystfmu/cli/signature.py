@@ -3,8 +3,6 @@
 The source of the function is parsed but not imported. Therefore these options do not slow down `--help` and completion.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import json
@@ -127,7 +125,7 @@ class Signature:
             if a.kwarg is not None:
                 given.append((a.kwarg.arg, ast.parse("Mapping[str, Any]", mode="eval").body, None))
         self.arguments = {
-            name: Argument(name, tuple(_leaves(hint, module, tree)), _literal(default), *texts.get(name, ("", "")))
+            name: Argument(name, tuple(_leaves(hint, module)), _literal(default), *texts.get(name, ("", "")))
             for name, hint, default in given
         }
 
@@ -136,6 +134,19 @@ class Signature:
 def _tree(module: str) -> ast.Module:
     path = PACKAGE.joinpath(*module.split("."))
     return ast.parse((path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8"))
+
+
+@cache
+def _names(module: str) -> dict[str, ast.stmt]:
+    """Return the assignment or import of each name of a module, also of those that only a type checker imports."""
+    found: dict[str, ast.stmt] = {}
+    for n in _tree(module).body:
+        for part in n.body if isinstance(n, ast.If) else [n]:
+            if isinstance(part, ast.Assign) and isinstance(part.targets[0], ast.Name):
+                found[part.targets[0].id] = part
+            elif isinstance(part, ast.ImportFrom):
+                found |= dict.fromkeys((a.name for a in part.names), part)
+    return found
 
 
 def structures() -> dict[str, str]:
@@ -152,10 +163,10 @@ def _literal(default: ast.expr | None) -> Any:
         return None
 
 
-def _leaves(hint: ast.expr | None, module: str, tree: ast.Module) -> list[str | tuple[Any, ...]]:
+def _leaves(hint: ast.expr | None, module: str) -> list[str | tuple[Any, ...]]:
     """Return the members of an annotated union. An alias is replaced by its definition, also from another module."""
     if isinstance(hint, ast.BinOp):
-        return [*_leaves(hint.left, module, tree), *_leaves(hint.right, module, tree)]
+        return [*_leaves(hint.left, module), *_leaves(hint.right, module)]
     if isinstance(hint, ast.Subscript) and isinstance(hint.value, ast.Name):
         if hint.value.id == "Literal":
             return [
@@ -164,14 +175,11 @@ def _leaves(hint: ast.expr | None, module: str, tree: ast.Module) -> list[str | 
         return [hint.value.id]
     if not isinstance(hint, ast.Name):
         return ["None"]
-    for n in ast.walk(tree):
-        if isinstance(n, ast.Assign) and getattr(n.targets[0], "id", "") == hint.id:
-            return _leaves(n.value, module, tree)
-        if isinstance(n, ast.ImportFrom) and n.module and n.module.startswith("hystfmu."):
-            home = n.module.removeprefix("hystfmu.")
-            if any(a.name == hint.id for a in n.names):
-                found = _leaves(hint, home, _tree(home))
-                return found if found != [hint.id] else [hint.id]
+    meant = _names(module).get(hint.id)
+    if isinstance(meant, ast.Assign):
+        return _leaves(meant.value, module)
+    if isinstance(meant, ast.ImportFrom) and meant.module and meant.module.startswith("hystfmu."):
+        return _leaves(hint, meant.module.removeprefix("hystfmu."))
     return [hint.id]
 
 

@@ -167,9 +167,7 @@ def transfer_function(plant: Plant, name: str) -> Node:
     if abs(plant.rest) > 1e-9:
         f_n, zeta, share = [*f_n, FAST * max(f_n)], [*zeta, 0.7], [*share, plant.rest]
     dens = [_second_order(f, d) for f, d in zip(f_n, zeta, strict=True)]
-    b = np.zeros(2 * len(dens) - 1)
-    for i, k in enumerate(share):
-        b = b + k * _times([d for j, d in enumerate(dens) if j != i])
+    b = _over_common(share, dens)
     values: dict[str, Any] = {"b": b.tolist(), "a": _times(dens).tolist(), "hold": "zoh", "start": "steady"}
     return Node(name, "transfer_function", {"na": 2 * len(dens), "nb": len(b) - 1}, values)
 
@@ -189,17 +187,23 @@ def _times(polynomials: list[Array]) -> Array:
     return found
 
 
+def _over_common(share: list[float], dens: list[Array]) -> Array:
+    """Return the numerator of the sum of share / den over the product of all denominators."""
+    b = np.zeros(2 * len(dens) - 1)
+    for i, k in enumerate(share):
+        b = b + k * _times([d for j, d in enumerate(dens) if j != i])
+    return b
+
+
 def _zeros(plant: Plant, seen: list[int]) -> Node | None:
     """Return the filter that compensates all modes except the first, and the zeros between the modes.
 
     `seen` contains the indices of the modes. Return None if this filter is not stable.
     """
     total = sum(plant.share[i] for i in seen)
-    dens = [_second_order(plant.f_n[i], plant.zeta[i]) for i in sorted(seen, key=lambda i: plant.f_n[i])]
     order = sorted(seen, key=lambda i: plant.f_n[i])
-    b = np.zeros(2 * len(dens) - 1)
-    for j, i in enumerate(order):
-        b = b + plant.share[i] / total * _times([d for m, d in enumerate(dens) if m != j])
+    dens = [_second_order(plant.f_n[i], plant.zeta[i]) for i in order]
+    b = _over_common([plant.share[i] / total for i in order], dens)
     roots = np.roots(b)
     if len(roots) < len(b) - 1 or any(-r.real < DAMPED * abs(r) for r in roots):
         return None

@@ -273,13 +273,10 @@ def densities(v: Array, h: float) -> tuple[Array, Array]:
     window is applied. The density is the mean over all segments (Welch, IEEE Trans. Audio and Electroacoustics 15
     (1967) 70-73).
     """
-    n = min(SEGMENT, len(v))
-    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)
-    parts = np.lib.stride_tricks.sliding_window_view(v, n)[:: n - n // 2]
-    seen = np.fft.rfft((parts - parts.mean(axis=1, keepdims=True)) * window)
-    power: Array = np.mean(np.abs(seen) ** 2, axis=0) * h / np.sum(window**2)
-    power[1 : (n + 1) // 2] *= 2  # both signs of a frequency
-    return np.asarray(np.fft.rfftfreq(n, h), dtype=np.float64), power
+    from scipy.signal import welch
+
+    f, power = welch(v, 1 / h, nperseg=min(SEGMENT, len(v)))
+    return np.asarray(f), np.asarray(power)
 
 
 def _origin(model: Model) -> Table:

@@ -343,6 +343,35 @@ class LeadLag(Block):
         u_max: float = 1e300,
     ) -> None: ...
 
+class Lugre(Block):
+    """LuGre friction: bristles with a Stribeck curve."""
+
+    def __init__(
+        self,
+        *,
+        sigma_0: float = 10.0,
+        sigma_1: float = 0.1,
+        sigma_2: float = 0.1,
+        d_c: float = 0.1,
+        d_s: float = 0.15,
+        v_s: float = 0.5,
+        z0: float = 0.0,
+    ) -> None: ...
+
+class MaxwellSlipOscillator(Block):
+    """Oscillator with Maxwell-slip friction."""
+
+    def __init__(
+        self,
+        *,
+        n: int = ...,
+        m_L: float = 2.0,
+        c_L: float = 10.0,
+        k_L: float = 50000.0,
+        k: float | Sequence[float] | Array = 10000.0,
+        r: float | Sequence[float] | Array = 1e-05,
+    ) -> None: ...
+
 class Mlp(Block):
     """Multilayer perceptron: one hidden layer, linear outputs."""
 

@@ -12,7 +12,12 @@ from hystfmu.graph.node import Input, Node, Output
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, frozen=True)
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=64)]
+TwoNames = Annotated[list[str], Field(min_length=2, max_length=2)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Bounds = Annotated[list[Number], Field(min_length=2, max_length=2)]
 Value = bool | int | float | str | list[bool | int | float]
 
 
@@ -52,7 +57,7 @@ class GraphTable(pydantic.BaseModel):
 
     model_config = STRICT
     blocks: list[BlockTable] = Field(min_length=1, max_length=1000)
-    wires: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = []
+    wires: list[TwoNames] = []
     inputs: list[InputTable] = []
     outputs: list[OutputTable] = []
 

@@ -17,6 +17,8 @@ Kind = Literal[
     "g0_jiles_atherton",
     "g0_prandtl_ishlinskii",
     "krasnoselskii_pokrovskii",
+    "lugre",
+    "maxwell_slip_oscillator",
     "narx_network",
     "play_bank_mlp",
     "polynomial_narx",

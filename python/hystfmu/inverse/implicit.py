@@ -11,8 +11,6 @@ the second term before the search. This block has no direct feed-through: its in
 so its output is constant during the search.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -63,8 +61,8 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
     start, end, turned = model.predict(with_starts(model.graph, [model.graph.inputs[0].start, middle, back]))
     if abs(turned - end) <= 1e-12 * abs(end - start):
         raise InputError(
-            f"The output of {model.key} must move after a reversal. Got one that stands still and has no continuous "
-            "inverse. Fit it with a linear term (w0_min > 0), or without a dead band (dead_band = 0)."
+            f"The output of {model.key} must change directly after a reversal. Got a constant output, without "
+            "continuous inverse. Fit it with a linear term (w0_min > 0), or without a dead band (dead_band = 0)."
         )
 
 

@@ -1,7 +1,5 @@
 """Assembly of an inverse model. Its ports, start values, input range and provenance come from the inverted model."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
@@ -68,7 +66,7 @@ def assembled(
             Input("u", tuple(to), last.unit, at, _with("wanted output", last.text)),
             *(model.graph.inputs[1:] if beside is None else beside),
         ],
-        [Output("y", source, first.unit, _with("input that gives it", first.text))],
+        [Output("y", source, first.unit, _with("input for the wanted output", first.text))],
     )
     graph.executor()
     told: dict[str, Any] = {"inverse": how, "of": model.provenance}

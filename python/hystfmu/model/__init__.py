@@ -4,13 +4,11 @@ A model file has the name `*.model.toml`. The first input of a graph is the driv
 covariates, which are identified by their names.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +21,7 @@ from hystfmu.base.files import check, check_format, load_toml, write_toml
 from hystfmu.data import Dataset
 from hystfmu.data.reader.arrays import Columns, is_frame
 from hystfmu.graph import Graph
-from hystfmu.graph.tables import GraphTable, graph_tables
+from hystfmu.graph.tables import GraphTable, Positive, graph_tables
 
 FORMAT = 1
 """Version of the format of model files. Files with another version raise an error."""
@@ -36,7 +34,7 @@ class ModelTable(GraphTable):
     format: Literal[1]
     key: str
     text: str = ""
-    step: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    step: Positive | None = None
     fit: dict[str, Any] = Field({})
     provenance: dict[str, Any] = Field({})
 

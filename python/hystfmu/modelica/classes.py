@@ -1,7 +1,5 @@
 """Modelica class of a block of a graph: location of the library HystFMU, name and parameters of the class."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -50,7 +48,7 @@ _PACKAGES = {
     "controllers": "Control",
     "sources": "Sources",
 }
-_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator"}
+_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator"}
 _LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has only the sampled realisation
 # each shape of the unit `reference` is a class of Sources: parameters that only this shape has
 SHAPES = {

@@ -3,8 +3,6 @@
 The function computes one step of the blocks on the path from the output u of the inverse to its input h.
 """
 
-from __future__ import annotations
-
 import operator
 import re
 from collections.abc import Callable
@@ -107,7 +105,7 @@ class _Lengths:
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         text = (shipped_library() / "HystFMU" / "Functions" / f"{name}.mo").read_text("utf-8")
-        inputs, size = re.findall(r"input [\w.]+ (\w+)", text), re.search(r"output Real \w+\[(.+)\] ", text)
+        inputs, size = re.findall(r"(?m)^ *input [\w.]+ (\w+)", text), re.search(r"output Real \w+\[(.+)\] ", text)
 
         def zeros(*values: Any) -> Any:
             known = dict(zip(inputs, values, strict=True)) | {"div": operator.floordiv}
@@ -267,8 +265,8 @@ def _source(graph: Graph, node: Node, place: int, inverse: Node, names: dict[str
         if d == at and first <= place < first + n:
             if s < 0:
                 raise InputError(
-                    f"The model of {inverse.name!r} must read its input alone in Modelica. Got {node.name!r}, which "
-                    "reads another input: export an FMU, or take the exact inverse."
+                    f"The model of {inverse.name!r} must depend only on its own input in Modelica. Got {node.name!r}, "
+                    "which has another input: export an FMU, or use the exact inverse."
                 )
             source = graph.nodes[s]
             return "u" if source is inverse else f"{names[source.name]}[{from_place + place - first + 1}]"

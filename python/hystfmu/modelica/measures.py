@@ -1,22 +1,20 @@
 """Units of measure of an exported block. The ports are in SI units, the components in units of the data."""
 
-from __future__ import annotations
+from functools import cache
 
-import math
+from hystfmu.fmu.write.measures import parsed
 
-# SI unit and factor of each unit of measure of data; an unknown unit appears only in the description of a port
-_SI = {
-    **{u: (u, 1.0) for u in ("m", "V", "A", "A/m", "V/m", "N", "Pa", "T", "rad", "K", "Hz", "C", "s")},
-    **{"mm": ("m", 1e-3), "um": ("m", 1e-6), "nm": ("m", 1e-9), "pm": ("m", 1e-12), "cm": ("m", 1e-2)},
-    **{"mV": ("V", 1e-3), "kV": ("V", 1e3), "mA": ("A", 1e-3)},
-    **{"kA/m": ("A/m", 1e3), "Oe": ("A/m", 250 / math.pi)},
-    **{"kV/mm": ("V/m", 1e6), "kV/cm": ("V/m", 1e5)},
-    **{"mN": ("N", 1e-3), "kN": ("N", 1e3), "MPa": ("Pa", 1e6), "mT": ("T", 1e-3)},
-    **{"mrad": ("rad", 1e-3), "urad": ("rad", 1e-6), "deg": ("rad", math.pi / 180)},
-    **{"kHz": ("Hz", 1e3), "ms": ("s", 1e-3)},
-    "degC": ("K", 1.0),
-}
-_ZERO = {"degC": 273.15}  # SI value of 0 in the unit of measure
+_NAMES = ("m", "V", "A", "A/m", "V/m", "N", "Pa", "T", "rad", "K", "Hz", "C", "s")  # SI units of ports
+
+
+@cache
+def _in_si(unit: str) -> tuple[str, float, float]:
+    """Return the SI unit of a unit of measure, the conversion factor, and the SI value of 0."""
+    for name in _NAMES:
+        of, found = parsed(name), parsed(unit)
+        if of is not None and found is not None and of.exponents == found.exponents:
+            return name, found.factor, found.offset
+    return "", 1.0, 0.0  # an unknown unit appears only in the description of a port
 
 
 def si(unit: str) -> tuple[str, float]:
@@ -25,7 +23,7 @@ def si(unit: str) -> tuple[str, float]:
     >>> si("um")
     ('m', 1e-06)
     """
-    return _SI.get(unit, ("", 1.0))
+    return _in_si(unit)[:2]
 
 
 def zero(unit: str) -> float:
@@ -34,7 +32,7 @@ def zero(unit: str) -> float:
     >>> zero("degC")
     273.15
     """
-    return _ZERO.get(unit, 0.0)
+    return _in_si(unit)[2]
 
 
 def to_si(value: float, unit: str) -> float:

@@ -1,7 +1,5 @@
 """Partial block of an exported model with its ports in SI units, and equations for the rates of its inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError
@@ -84,7 +82,7 @@ def ports_block(
     both: tuple[Input | Output, ...] = (*graph.inputs, *graph.outputs)
     constants = [c for p in both if si(p.unit)[0] for c in _constants(p, wiring.ports[p.name])]
     if rated:
-        constants.insert(0, '  constant Boolean usesRate = false "Is there an input for the rate?";')
+        constants.insert(0, '  constant Boolean usesRate = false "True if there is an input for the rate";')
     if constants:
         lines += ["protected", *constants]
     listed = "".join(f"<li>{k}: {v}</li>" for k, v in info.items())

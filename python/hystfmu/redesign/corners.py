@@ -194,7 +194,7 @@ def corners(
     for corner in found if stable else ():
         if not corner.stable:
             raise InputError(
-                f"{corner.opened.system.case.scenario}: The loop must be stable before it learns. Got an unstable one "
+                f"{corner.opened.system.case.scenario}: The loop without learning must be stable. Got an unstable one "
                 f"at {corner.name} for slope {corner.slope:g} and {corner.delay:g} further steps of delay."
             )
     return found

@@ -1,7 +1,5 @@
 """Simulate a single foreign FMU without a scenario, with inputs from a file and outputs to a file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -166,7 +164,7 @@ def _table(given: str | Path, foreign: Foreign) -> tuple[Array, tuple[ForeignPor
     per_second, length = TIME[unit]
     t = numbers[:, 0] / per_second * length
     if len(t) == 0 or (np.diff(t) < 0).any():
-        raise InputError(f"{given}: the times must not decrease, and there must be a row")
+        raise InputError(f"{given}: the times must not decrease, and the table must have a row")
     return t, driven, numbers[:, 1:]
 
 
@@ -189,7 +187,7 @@ def _task(
     end = stop if stop is not None else stated and stated.stopTime
     if end is None:
         if not from_table:
-            raise InputError(f"{path}: states no stop time; give --stop")
+            raise InputError(f"{path}: The FMU states no stop time. Give it with --stop")
         end = t[-1]
     end = float(end)
     if not (math.isfinite(end) and end > start):

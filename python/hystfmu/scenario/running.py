@@ -1,4 +1,4 @@
-"""Run scenarios with all their cases: read, build, simulate, test, record the baseline, and report.
+"""Run scenarios with all their cases: read, build, simulate, test, record the baseline, and report the results.
 
 A case is simulated in chunks of rows. For each chunk, the metrics are updated, and rows for the baseline and the plots
 are stored.
@@ -11,21 +11,141 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hystfmu.base.calls import checked
 from hystfmu.base.errors import InputError, meant
+from hystfmu.base.printable import escape
+from hystfmu.report.page import Table, table
+from hystfmu.report.plot import Figure
 from hystfmu.scenario.engine.fmu_member import FmuStore
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.loop.opening import loop_figures
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import CHANGED, Baseline, Change, Kept, Record, changes, judge, save_baseline
+from hystfmu.scenario.outcome.result import (
+    CHANGED,
+    Baseline,
+    CaseResult,
+    Change,
+    Kept,
+    Record,
+    changes,
+    judge,
+    save_baseline,
+)
 from hystfmu.scenario.outcome.trace import Picture, Stopped, Sweeps, Trace, row_file
-from hystfmu.scenario.result import Result, Results
+from hystfmu.scenario.report.cases import case_plots
+from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.system.case import Case, Cases, ScenarioLike, split_end
 from hystfmu.scenario.system.events import missed
 from hystfmu.scenario.system.spec import Scheme, scenario_folders
 from hystfmu.scenario.system.system import System, build
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Result(CaseResult):
+    """Result of one case of a scenario.
+
+    `trace` contains the signals (``result.trace["plant.y"]``), and `verdicts` contains the metrics. `passed` is True if
+    all limits are met and no metric differs from the baseline. `failures()` returns a line for each missed limit and
+    each difference.
+
+    Parameters
+    ----------
+    system : System
+    verdicts : tuple of Verdict
+        One verdict per metric.
+    lines : tuple of str
+        One line per failure: scenario/case, metric, value, limit.
+    trace : Trace, optional
+        Signals that the case records or uses in loops and metrics. For a long run, the trace contains only the rows for
+        a plot. (`simulate` returns all rows, and `chunks` yields all rows in parts.) The trace is None if a unit
+        stopped the run.
+    seconds : float
+        Duration of the run (s).
+    notes : tuple of str
+        Remarks on the run that are not failures, for example on discontinuities between two steps.
+    counted : Sweeps
+        Numbers of sweeps of an iterative coupling.
+    loop : LoopFigures, optional
+        Margins of the linearised loop of the case, or None if there are none.
+    """
+
+    def plot(self) -> Figure:
+        """Plot hysteresis loops, recorded signals, and the error including the error between samples.
+
+        Raises
+        ------
+        InputError
+            A unit ended the run with an error, so there are no signals.
+        """
+        if self.trace is None:
+            raise InputError(self.lines[0])
+        return Figure(case_plots(self.system, self.trace))
+
+    def report(self, folder: str | Path) -> Path:
+        """Write report.html and report.json into `folder`, and return the path of report.html."""
+        return Results([self]).report(folder)
+
+    def _repr_html_(self) -> str:
+        """Return HTML for a notebook."""
+        return Results([self])._repr_html_()
+
+
+class Results(list[Result]):
+    """Results of several cases: a list of the results in `iterable`, in the order of the cases."""
+
+    @property
+    def passed(self) -> bool:
+        """True if all cases have passed."""
+        return all(r.passed for r in self)
+
+    def report(self, folder: str | Path) -> Path:
+        """Write report.html and report.json into `folder`, and return the path of report.html."""
+        return write_report(self, folder)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame with a row for each metric: scenario, case, metric, value, limit, baseline, within.
+
+        Signals of a case are in ``results[0].trace.to_pandas()``.
+
+        Raises
+        ------
+        MissingExtra
+            pandas is not installed.
+        """
+        from hystfmu.base.errors import extras
+
+        with extras("to_pandas()"):
+            import pandas
+        columns = ("metric", "value", "limit", "baseline", "within")
+        rows = [(r.scenario, r.case, *(getattr(v, c) for c in columns)) for r in self for v in r.verdicts]
+        return pandas.DataFrame(rows, columns=["scenario", "case", *columns])
+
+    def __repr__(self) -> str:
+        if len(self) <= 1:
+            return f"Results([{', '.join(map(repr, self))}])"
+        bad = [r.system.case.title for r in self if not r.passed]
+        failed = f"; failed: {', '.join(bad[:3])}{', ...' if len(bad) > 3 else ''}" if bad else ""
+        return f"Results({len(self)} cases, {len(self) - len(bad)} passed{failed})"
+
+    def _repr_html_(self) -> str:
+        """Return HTML for a notebook."""
+        rows = [
+            (r.scenario, r.case, v.metric, f"{v.value:.4g}", "" if v.limit is None else f"{v.limit:.4g}", _word(r))
+            for r in self
+            for v in r.verdicts
+        ]
+        rows += [(r.scenario, r.case, "", "", "", "stopped") for r in self if not r.verdicts]
+        lines = "".join(f"<li>{escape(line)}</li>" for r in self for line in r.lines)
+        head = ("scenario", "case", "metric", "value", "limit", "verdict")
+        return table(Table(head, rows)) + (f"<ul>{lines}</ul>" if lines else "")
+
+
+def _word(r: CaseResult) -> str:
+    return "passed" if r.passed else "failed"
 
 
 @dataclass(frozen=True)
@@ -215,15 +335,15 @@ def run(
     how, overrides = Run(engine, coupling, seconds, confined=confined, progress=progress), dict(set or {})
     several = scenarios if isinstance(scenarios, Sequence) and not isinstance(scenarios, str) else [scenarios]
     if record and (overrides or coupling):
-        raise InputError("--record stores the scenario as it is written: it takes neither --set nor --coupling")
+        raise InputError("--record must not be combined with --set or --coupling")
     if record and case is not None:
-        raise InputError("--record stores all cases of a scenario: it takes no --case")
+        raise InputError("--record stores all cases of a scenario. It must not be combined with --case")
     plans = plan(read(several, overrides, coupling), case, overrides, record)
     if record and (unsaved := next((p.scenario for p in plans if p.scenario.folder is None), None)):
         raise InputError(f"{unsaved.origin}: A baseline is written beside a scenario.toml. Save the scenario first.")
     n = sum(len(p.systems) for p in plans)
     if out is not None and n > 1:
-        raise InputError(f"-o {out}: one file holds one case, and {n} would run; name one with --case")
+        raise InputError(f"-o {out}: one file contains one case, but {n} cases would run; select one with --case")
     advance = _share_done(plans, progress)
     results = Results()
     records: dict[int, dict[str, Record]] = {}

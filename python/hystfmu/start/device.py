@@ -5,8 +5,6 @@ does not determine a natural frequency outside the band in which input and outpu
 is static, with a possible resonance at any frequency above the band.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 
@@ -104,7 +102,7 @@ def device(
     low, high, falling = reach(static, math.ceil(PERIODS / (frequency * data.h)))
     if not high > low:
         raise InputError(
-            f"{data.path or data.name}: A loop needs an output that lasts. The output of {model.key} does not."
+            f"{data.path or data.name}: The output of {model.key} must not decay while the input is constant."
         )
     return Device(
         static,

@@ -4,8 +4,6 @@ The page shows the shares of variations inside the limits, the distributions of 
 outcome (inside the limits, outside, unstable, failed) changed.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +41,7 @@ def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> l
     """
     for path, other in ((before, after), (after, before)):
         if is_study(path) and not is_study(other):
-            raise InputError(f"{other}: not a report of 'hystfmu study', which {path} is: two studies are compared")
+            raise InputError(f"{other}: not a report of 'hystfmu study': two studies are compared")
     both = read_study(before), read_study(after)
     found, same = _changes(both)
     body = ["<h1>Two studies side by side</h1>", f'<p class="answer">{escape(_answer(both))}</p>']

@@ -24,13 +24,12 @@ from hystfmu.base.files import check, load_toml
 from hystfmu.design.linear import python_control
 from hystfmu.design.repetitive import filter_angles, learning_filters
 from hystfmu.design.structures import loop_shaping
-from hystfmu.graph.tables import STRICT, Name
+from hystfmu.graph.tables import STRICT, Bounds, Name, Number, Positive
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.system.case import Case, split_end
-from hystfmu.scenario.system.spec import MOST_BYTES, MOST_FILES, inside
+from hystfmu.scenario.system.spec import MOST_BYTES, MOST_FILES, Decibels, Delay, inside
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 PREFIX = "design."
 """Prefix of parameters that only the design reads."""
 
@@ -40,8 +39,8 @@ class LearntLoops(pydantic.BaseModel):
 
     model_config = STRICT
     case: Name
-    set: dict[str, str | float | list[Finite]] = Field({}, description="additional settings, as `set` of a scenario")
-    slopes: list[Finite] = Field([1.0], min_length=1, max_length=20, description="local slopes of plant and inverse")
+    set: dict[str, str | float | list[Number]] = Field({}, description="additional settings, as `set` of a scenario")
+    slopes: list[Number] = Field([1.0], min_length=1, max_length=20, description="local slopes of plant and inverse")
 
 
 class RepetitiveDesign(pydantic.BaseModel):
@@ -118,7 +117,7 @@ class LoopShapingDesign(pydantic.BaseModel):
     model_config = STRICT
     method: Literal["loop_shaping"]
     case: Name = Field(description="case of the nominal plant; its delay is given by `delay`")
-    delay: Annotated[float, Field(ge=0, le=100)] = Field(description="steps of delay and hold, as a Pade approximant")
+    delay: Delay = Field(description="steps of delay and hold, as a Pade approximant")
     order: int = Field(2, ge=1, le=6, description="of the approximant")
     ratio: Annotated[float, Field(gt=1, le=10)] = Field(1.1, description="ratio of the optimal margin to the margin")
     weight: Weight
@@ -198,7 +197,6 @@ Design = Annotated[RepetitiveDesign | LoopShapingDesign, Field(discriminator="me
 
 MOST_ROWS = 10_000_000
 LOOP_METRICS = ("Ms_db", "radius")  # metrics of the linearised loop, computed if the study has limits of the margins
-Bounds = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 
 
 class SecondOrderSpec(pydantic.BaseModel):
@@ -235,7 +233,7 @@ class ParameterSpec(pydantic.BaseModel):
     model_config = STRICT
     range: Bounds | None = Field(None, description="lowest and highest value")
     scale: Bounds | None = Field(None, description="lowest and highest factor on the value in the scenario")
-    values: list[Finite] | None = Field(None, min_length=1, max_length=100_000, description="list of values")
+    values: list[Number] | None = Field(None, min_length=1, max_length=100_000, description="list of values")
     second_order: SecondOrderSpec | None = Field(
         None, description="of `unit.block`, a transfer function: gain, f_n and zeta are drawn, b and a follow"
     )
@@ -296,13 +294,13 @@ class LoopSpec(pydantic.BaseModel):
 
     model_config = STRICT
     case: Name = Field(description="case whose sensitivity is limited, for slope 1 of plant and inverse")
-    Ms_db: Annotated[float, Field(gt=0, le=60)] = Field(6.0, description="largest peak of the sensitivity (dB)")
-    delay: Annotated[float, Field(ge=0, le=100)] = Field(0.0, description="steps beyond the delay of the case")
+    Ms_db: Decibels = Field(6.0, description="largest peak of the sensitivity (dB)")
+    delay: Delay = Field(0.0, description="steps beyond the delay of the case")
     corners: list[Name] = Field([], max_length=100, description="cases whose loops must be stable")
     slopes: Bounds = Field(
         [1.0, 1.0], description="local slopes of plant over inverse, without the gain of the dynamics: corners"
     )
-    delays: list[Annotated[float, Field(ge=0, le=100)]] = Field(
+    delays: list[Delay] = Field(
         [0.0], min_length=1, max_length=20, description="steps beyond the delay of the case: corners"
     )
 
@@ -313,10 +311,10 @@ class ObjectiveSpec(pydantic.BaseModel):
     model_config = STRICT
     metric: Name
     over_cases: Literal["max", "mean"] = Field("max", description="how the values of several cases are combined")
-    targets: dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]] = Field(
+    targets: dict[str, Positive] = Field(
         {}, description="reference value of the metric by case, so that easy and hard cases count alike; 1 by default"
     )
-    limits: dict[Name, Finite] = Field({}, description="upper limits of metrics, for every case")
+    limits: dict[Name, Number] = Field({}, description="upper limits of metrics, for every case")
     loop: LoopSpec | None = Field(None, description="limits of the linearised loop")
 
     def score(self, rows: Sequence[dict[str, Any]]) -> float:
@@ -347,14 +345,14 @@ class StudySpec(pydantic.BaseModel):
     timeout: Annotated[float, Field(gt=0, le=1e6)] = Field(60.0, description="time limit of one run (s)")
     memory: Annotated[float, Field(gt=0, le=1e4)] = Field(4.0, description="memory limit of a worker (GB)")
     parameters: dict[str, ParameterSpec] = Field(min_length=1, max_length=1000)
-    limits: dict[str, dict[Name, Finite]] = Field(
+    limits: dict[str, dict[Name, Number]] = Field(
         {}, description="by case: upper limits of metrics that make a draw good; by default those of the scenario"
     )
     margins: Name | None = Field(
         None, description="case whose loop is linearised for every draw: metrics Ms_db (dB) and radius (of the poles)"
     )
     objective: ObjectiveSpec | None = None
-    start: dict[str, Finite] = Field({}, description="optuna: the first variation, a value of every parameter")
+    start: dict[str, Number] = Field({}, description="optuna: the first variation, a value of every parameter")
     design: Design | None = Field(None, description="parameters that follow from the drawn ones by a design")
 
 

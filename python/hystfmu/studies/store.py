@@ -10,8 +10,6 @@ renamed, and their runs are repeated. The final table is `results.parquet`, sort
 time, machine or order of the runs.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os
@@ -151,9 +149,9 @@ class Store:
             try:
                 mine = {"parameters": self._parameters, "metrics": self._metrics}
                 if self._kept("columns", lambda: mine) != mine:
-                    raise InputError(f"{folder}: holds the table of a study with other parameters or metrics")
+                    raise InputError(f"{folder}: contains the table of a study with other parameters or metrics")
                 if (known := self._kept("study", lambda: study)) != study:
-                    raise InputError(f"{folder}: holds the table of the study {known}")
+                    raise InputError(f"{folder}: contains the table of the study {known}")
                 self._mend()
             except BaseException:
                 self.close()

@@ -3,8 +3,6 @@
 Two studies are compared by the summary and verdicts in report.json, and by the rows in results.parquet.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -22,6 +20,7 @@ from scipy.special import betaincinv
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import read_bytes
+from hystfmu.graph.tables import Number, Share
 from hystfmu.scenario.outcome.metrics import unit_of_metric
 from hystfmu.scenario.report.compare import MOST_BYTES, read_report, report_file
 from hystfmu.scenario.system.system import System
@@ -217,7 +216,6 @@ def metric_unit(system: System, metric: str) -> str:
 
 KEY = "study"
 WORDS = {"i": "inside", "o": "outside", "u": "unstable", "f": "failed"}
-Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Facts(pydantic.BaseModel):
@@ -231,7 +229,7 @@ class Facts(pydantic.BaseModel):
     scenario: str
     inside: Annotated[int, Field(ge=0)]
     interval: Annotated[list[Share], Field(min_length=2, max_length=2)] | None
-    limits: dict[str, dict[str, Annotated[float, Field(allow_inf_nan=False)]]]
+    limits: dict[str, dict[str, Number]]
     units: dict[str, str]
     parameters: dict[str, str]
     outcomes: Annotated[str, Field(pattern=f"^[{''.join(WORDS)}]+$")]

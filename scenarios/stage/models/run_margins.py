@@ -1,6 +1,6 @@
 """Records margins of every controller of the stage and the settling of its staircase in loops.record.toml.
 
-    python scenarios/stage/models/run_margins.py [CONTROLLER ...]
+python scenarios/stage/models/run_margins.py [CONTROLLER ...]
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ def main(names: list[str]) -> None:
     for name in names or sorted(f.parent.name for f in STAGE.glob("*/draws_5.study.toml")):
         recorded[name] = margins(name) | {"settling_s": settling(name)}
         print(name, recorded[name], flush=True)
-    write_toml(RECORD, recorded, "written by models/run_margins.py: margins, and settling of the staircase to 2 % of a step")
+    write_toml(
+        RECORD, recorded, "written by models/run_margins.py: margins, and settling of the staircase to 2 % of a step"
+    )
 
 
 if __name__ == "__main__":

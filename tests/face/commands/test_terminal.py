@@ -145,6 +145,7 @@ def test_an_interrupted_study_says_how_to_go_on_and_does(loop: Path) -> None:
     assert 0 < told["ran"] < 800
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize(
     "command", [["start", "piezo.csv", "-o", "mine"], ["demo", "-o", "mine"]], ids=["start", "demo"]
 )
@@ -170,6 +171,7 @@ def test_an_interrupt_of_an_import_has_the_same_status(tmp_path: Path) -> None:
     assert done.stderr == "hystfmu: interrupted; files are whole or as they were; again: hystfmu blocks pid\n"
 
 
+@pytest.mark.stress
 def test_an_interrupted_start_goes_on_behind_the_fit(tmp_path: Path) -> None:
     hy.synthetic.piezo(40, 500.0).to_csv(tmp_path / "piezo.csv")
     command = ["start", "piezo.csv", "-o", "mine", "--model", "prandtl_ishlinskii"]
@@ -192,6 +194,7 @@ def test_an_interrupted_start_goes_on_behind_the_fit(tmp_path: Path) -> None:
     assert file.stat().st_mtime_ns > before
 
 
+@pytest.mark.stress
 def test_an_interrupted_demo_goes_on_behind_its_finished_fits(tmp_path: Path) -> None:
     def second(shown: str) -> bool:
         return "fitting prandtl_ishlinskii" in shown or "fitting zhao_tan_mlp" in shown
@@ -290,7 +293,14 @@ def test_every_command_is_here_or_has_no_table() -> None:
     assert {*TABLES, *WITHOUT, *MINUTES} == {*main.commands}
 
 
-@pytest.mark.parametrize("words", [words for listed in TABLES.values() for words in listed])
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
+        for name, listed in TABLES.items()
+        for words in listed
+    ],
+)
 def test_no_line_is_longer_than_the_terminal(words: str, narrow: Path) -> None:
     done = CliRunner().invoke(main, shlex.split(words))
     assert done.exit_code in (0, 1), done.output

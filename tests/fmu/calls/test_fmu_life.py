@@ -74,6 +74,7 @@ class Used(C.Structure):
     ]
 
 
+@pytest.mark.some(1)
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts the memory of glibc")
 @pytest.mark.parametrize("interface", ["cs", "me"])
 def test_an_instance_leaves_no_memory_behind(make: Make, folder: Path, fmi: int, interface: str) -> None:

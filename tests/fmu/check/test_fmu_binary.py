@@ -56,6 +56,7 @@ def test_needs_libc_only() -> None:
     assert max(tuple(map(int, v.split("."))) for v in versions) <= (2, 17)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O2", marks=pytest.mark.stress)])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_compiles_without_a_warning(tmp_path: Path, compiler: str, mode: str) -> None:
@@ -108,6 +109,7 @@ def test_out_of_memory_and_null_pointers(sanitized: Callable[[str], Path], tmp_p
 GRAPHS = {"loop": loop, **{n: lambda n=n: single(n) for n in ("prandtl_ishlinskii", "zhao_tan", "reference", "pid")}}
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("name", list(GRAPHS))
 def test_random_sequences_of_calls(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
     for seed in (1, 2):
@@ -126,6 +128,7 @@ PLACES = {"memory", "extrema", "at", "oldest", "counter", "samples", "count"}
 REACHES = {b for b in BLOCKS if PLACES & {v.name for v in block_types()[b].of("state")}}
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize(
     "name", ["loop", *(pytest.param(b, marks=[] if b in REACHES else pytest.mark.stress) for b in BLOCKS)]
 )
@@ -186,6 +189,7 @@ DERIVATIVE = (
 )
 
 
+@pytest.mark.some(1)
 @linux
 @pytest.mark.usefixtures("without_fmutool")
 @pytest.mark.parametrize(

@@ -199,7 +199,7 @@ REFERENCES = [
     for folder, names in MODELS.items()
     for name in (f"{folder}/{model}" for model in names.split())
 ]
-DEFECTS = {
+DEFECTS = {  # of some releases
     # two dependencies, one kind
     "fmi2/Feedthrough": [
         "The number of elements in the dependencies and dependenciesKind attributes of the outputs",
@@ -210,9 +210,8 @@ DEFECTS = {
 }
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize("name", REFERENCES)
 def test_reference_fmu_passes(name: str) -> None:
     problems = hy.validate(reference_fmu(name))
-    expected = DEFECTS.get(name, [])
-    assert len(problems) == len(expected), problems
-    assert all(p.startswith(e) for p, e in zip(problems, expected, strict=True)), problems
+    assert not [p for p in problems if not p.startswith(tuple(DEFECTS.get(name, ["-"])))], problems

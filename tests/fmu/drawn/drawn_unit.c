@@ -8,7 +8,8 @@
  *   SIZE       a number, or @K: the value of variable K
  * A word `end,N` among them: the FMU ends the simulation in step N.
  * Every bit of every input and parameter counts: outputs are drawn from a hash of all that was set since the start.
- * A set of a wrong type, size or phase is an error. */
+ * A set of a wrong type, size or phase is an error.  The end of the initialisation is a warning, with which a run goes
+ * on.  The place of the resources must be one root, not two. */
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -244,10 +245,10 @@ const char *fmi2GetVersion(void) { return "2.0"; }
 const char *fmi2GetTypesPlatform(void) { return "default"; }
 void *fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2String place,
                       const fmi2CallbackFunctions *f, fmi2Boolean visible, fmi2Boolean on) {
-  (void)name, (void)type, (void)place, (void)visible, (void)on;
+  (void)name, (void)type, (void)visible, (void)on;
   unit *u = calloc(1, sizeof *u);
   u->logger = f->logger, u->environment = f->componentEnvironment;
-  if (read_token(u, token)) return free(u), NULL;
+  if (read_token(u, token) || strncmp(place, "file:///", 8) || place[8] == '/') return free(u), NULL;
   return u;
 }
 int fmi2GetBooleanStatus(unit *u, fmi2StatusKind kind, fmi2Boolean *value) {
@@ -275,7 +276,7 @@ int NAME(EnterInitializationMode)(unit *u) { return enter(u, MADE, INITIALIZING)
 int NAME(ExitInitializationMode)(unit *u) {
   if (enter(u, INITIALIZING, STEPPING)) return 3;
   calculate(u);
-  return 0;
+  return 1;
 }
 int NAME(Terminate)(unit *u) { return u->phase == STEPPING ? 0 : refuse(u, "does not run"); }
 

@@ -132,6 +132,7 @@ def test_arrays_are_native_in_fmi3(tmp_path: Path) -> None:
 
 
 # ---- check ----------------------------------------------------------------------------------------------------------
+@pytest.mark.some(1)
 def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     path = tmp_path / "Größe 1.fmu"
     path.write_bytes(good[fmi])
@@ -216,6 +217,7 @@ def _xml(old: bytes, new: bytes) -> Callable[[str, bytes], bytes]:
     return change
 
 
+@pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     token = single("prandtl_ishlinskii").token.encode()
@@ -369,6 +371,7 @@ def test_a_cache_that_cannot_be_a_folder(cache: Path, tmp_path: Path, monkeypatc
     assert files(unpacks(fmu)) == packed(fmu)
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
 def test_a_cache_that_cannot_be_written(name: str) -> None:
     with closing(User(name)) as user:

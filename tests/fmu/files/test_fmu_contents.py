@@ -115,6 +115,7 @@ def _pixels(png: bytes) -> np.ndarray:
     return lines[:, 1:].reshape(size[1], size[0], 3)
 
 
+@pytest.mark.some(8)
 @pytest.mark.parametrize("name", BLOCKS)
 def test_icon_shows_the_loop(tmp_path: Path, fmi: int, name: str) -> None:
     entries = _entries(export_fmu(single(name), tmp_path / "x.fmu", fmi))  # type: ignore[arg-type]
@@ -129,6 +130,7 @@ def test_icon_shows_the_loop(tmp_path: Path, fmi: int, name: str) -> None:
 
 
 # ---- terminals ------------------------------------------------------------------------------------------------------
+@pytest.mark.some(6)
 @pytest.mark.parametrize("name", BLOCKS)
 def test_terminals_follow_the_schema(tmp_path: Path, name: str) -> None:
     graph = single(name)
@@ -167,6 +169,7 @@ class _Page(HTMLParser):
         self.words.append(data)
 
 
+@pytest.mark.some(8)
 @pytest.mark.parametrize("name", BLOCKS)
 def test_documentation_describes_the_content(tmp_path: Path, fmi: int, name: str) -> None:
     graph = single(name)
@@ -236,6 +239,7 @@ def described(path: Path) -> tuple[Any, str]:
     return fmpy.read_model_description(str(path)), title
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_two_devices(folder: Path, tmp_path: Path, fmi: int) -> None:
     made = []
@@ -267,7 +271,8 @@ def test_a_model_in_memory_is_named_after_its_record(folder: Path, tmp_path: Pat
         assert forward.modelName == f"{record} prandtl_ishlinskii"
         assert back.modelName == f"{record} prandtl_ishlinskii_inverse"
         assert f"fitted to the record {record}: " in back.description
-        assert {v.name: v.description for v in back.modelVariables}["y"] == "input that gives it: Spannung, in V"
+        texts = {v.name: v.description for v in back.modelVariables}
+        assert texts["y"] == "input for the wanted output: Spannung, in V"
         names |= {forward.description, back.description}
     assert len(names) == 4
 

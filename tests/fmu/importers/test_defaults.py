@@ -164,6 +164,7 @@ def marked(name: str, few: tuple[str, ...]) -> Any:
     return pytest.param(name, marks=[] if name in few else pytest.mark.stress, id=name)
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_loop_in_fmpy(name: str, tmp_path: Path) -> None:
     case, fmi = Cases(SCENARIOS / name).cases[0], (2, 3)[SHIPPED.index(name) % 2]
@@ -205,6 +206,7 @@ def test_all_cases_of_a_shipped_loop(name: str, fmi: Fmi, tmp_path: Path) -> Non
         pytest.skip(f"{len(refused)} of {len(cases)} cases are no FMU: {refused[0]}")
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", [marked(n, FEW) for n in SHIPPED])
 def test_a_shipped_loop_to_the_letter(name: str, letter: Callable[[Path], Letter], tmp_path: Path) -> None:
     """In its own steps and in steps of three: all variables have the same bits."""
@@ -219,6 +221,7 @@ def test_a_shipped_loop_to_the_letter(name: str, letter: Callable[[Path], Letter
     assert coarse.tobytes() == got[::3].tobytes()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("master", ["fmpy simulate", "libcosim", "ecos"])
 @pytest.mark.parametrize("name", [marked(n, FEW[:1]) for n in SHIPPED])
 def test_a_shipped_loop_in_other_importers(name: str, master: str, tmp_path: Path) -> None:
@@ -271,6 +274,7 @@ def stimulus(model: Model, n: int) -> Array:
 every_kind = pytest.mark.parametrize("name", [marked(n, OFTEN) for n in KINDS])
 
 
+@pytest.mark.some(1)
 @every_kind
 def test_a_model_in_fmpy(name: str, fitted: dict[str, Model], fmi: Fmi, tmp_path: Path) -> None:
     """The default experiment with a table of inputs: an importer that knows them one step late has these bits.

@@ -96,6 +96,7 @@ def every_importer(model: Model, fmi: int, folder: Path) -> None:
     co_simulation(model, fmu, fmi, folder)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])
 def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
     every_importer(model_of(key, way, fitted), fmi, tmp_path)
@@ -129,6 +130,7 @@ def ends(model: Model, fmi: int, tolerance: float, folder: Path) -> None:
         assert error == 0.0
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 @pytest.mark.parametrize("key", DYNAMIC)
 def test_kinds_with_dynamics_end(key: str, tolerance: float, fitted: dict[str, Model], tmp_path: Path) -> None:
@@ -165,10 +167,11 @@ BOUND = 1e-9  # of the span
 NO_ARCHIVE = {
     "example_hold": "has substeps or a hold",
     "example_substeps": "has substeps or a hold",
-    "papers/ipmc_bfbnn_learning": "runs once in several steps",
+    "papers/ipmc_bfbnn_learning": "must run in every step",
 }
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FEW else pytest.mark.stress, id=n) for n in SHIPPED])
 def test_a_shipped_scenario(name: str, tmp_path: Path) -> None:
     case = Cases(SCENARIOS / name).cases[0]
@@ -225,6 +228,7 @@ def installed(readers: Iterable[str]) -> list[str]:
     return found
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("name", "separate"),
     [

@@ -50,11 +50,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
 WAYS = tuple(way for way in INVERSES if way != "adaptive")  # that one reads a measured output, too
 # words of the error for keys without an inverse of that kind
 NO_CHAIN, PAST = ("no exact inverse", "learned"), ("past inputs only", "no causal inverse")
-OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator")
+OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator")
 CHAINS = ("prandtl_ishlinskii", "g0_prandtl_ishlinskii", "actuator", "auto")
 REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     **{("exact", key): NO_CHAIN for key in METHODS if key not in CHAINS},
     **{(way, key): PAST for way in WAYS for key in OSCILLATORS},
+    ("implicit", "lugre"): ("at friction", "time between samples"),
     ("implicit", "rate_mlp"): ("at rate", "time between samples"),
     ("implicit", "polynomial_narx"): ("at network", "time between samples"),
     ("implicit", "narx_network"): ("at network", "time between samples"),
@@ -180,6 +181,7 @@ def signal_for(model: Model) -> Array:
     return (lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02)
 
 
+@pytest.mark.some(3)
 @every_key
 def test_a_key_gives_the_same_bits_everywhere(model: Model, tmp_path: Path) -> None:
     u = signal_for(model)
@@ -202,6 +204,7 @@ def ways() -> list[Any]:
     return [pytest.param(*row, marks=pytest.mark.stress if row in long else ()) for row in every]
 
 
+@pytest.mark.some(6)
 @pytest.mark.parametrize(("model", "way"), ways(), indirect=["model"])
 def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path) -> None:
     model.save(tmp_path / "forward.model.toml")

@@ -44,6 +44,8 @@ NUMBERS = {  # default, least and largest value
     "g0_jiles_atherton": DYNAMICS,
     "g0_prandtl_ishlinskii": {"N": (40, 1, 10_000), "w0_min": (0.0, 0.0, 1e300), **U0, **DYNAMICS},
     "krasnoselskii_pokrovskii": {"levels": (20, 1, 200), **U0},
+    "lugre": {"starts": (6, 1, 6)},
+    "maxwell_slip_oscillator": {},
     "narx_network": {
         "lags": (10, 1, 1000), "hidden": (15, 1, 10_000), "one_step": (40, 1, 100_000), "iterations": (40, 1, 100_000),
         "y0": (None, -1e300, 1e300),
@@ -127,6 +129,8 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "g0_jiles_atherton strain=yes": (LATE, 0.5, 1.2, {"strain": "yes"}, {}, False),
     "g0_prandtl_ishlinskii": (LAGS, 1.0, 1.0, {}, {}, False),
     "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
+    "lugre": (LATE, 0.3, 0.4, {}, {"starts": 1}, False),
+    "maxwell_slip_oscillator": (ANY, 0.3, 0.4, {}, {}, False),
     "narx_network " + " ".join(f"{k}={v}" for k, v in SMALL_NARX.items()): (
         LAGS,
         1.0,
@@ -180,7 +184,9 @@ def test_who_competes_and_at_what_cost():
     assert all(name.split()[0] == key for name, (key, _) in found.items())
 
 
-RECORDS = {"prandtl_ishlinskii", "krasnoselskii_pokrovskii", "play_bank_mlp", "preisach"}
+RECORDS = {
+    "krasnoselskii_pokrovskii", "lugre", "maxwell_slip_oscillator", "play_bank_mlp", "prandtl_ishlinskii", "preisach",
+}  # fmt: skip
 COVARIATES = {
     "actuator", "constraint_factor_mlp", "fitted_operator_mlp", "play_bank_mlp", "polynomial_narx", "rate_mlp",
     "zhao_tan_mlp",

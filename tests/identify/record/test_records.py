@@ -14,7 +14,9 @@ from hystfmu.identify.catalogue import METHODS, method
 from hystfmu.identify.cuts import one_run
 
 H = 1e-3
-KINDS = [key for key in METHODS if key != "auto" and method(key).records]
+KINDS = [
+    key for key in METHODS if key != "auto" and method(key).records and "oscillator" not in key
+]  # plays have no mass
 CHEAP = {"play_bank_mlp": {"iterations": 20, "starts": 1, "hidden": 2}, "preisach": {"n": 6, "widths": 4, "means": 2}}
 
 
@@ -40,6 +42,7 @@ def test_a_fit_to_several_records_forgets_between_them(parts):
     assert model.provenance["starts"] == list(data.starts)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("key", KINDS)
 def test_every_kind_that_takes_records_runs_each_from_a_fresh_start(key, parts):
     data = Dataset.joined(parts)

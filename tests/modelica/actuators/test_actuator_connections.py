@@ -113,6 +113,7 @@ def found(group: str) -> dict[str, dict[str, np.ndarray]]:
     return bench.beside(GROUPS[group], stop=0.01)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("group", GROUPS)
 def test_the_balance_holds_in_every_circuit(group: str) -> None:
     for circuit, v in found(group).items():
@@ -122,6 +123,7 @@ def test_the_balance_holds_in_every_circuit(group: str) -> None:
             assert np.ptp(v[f"{stack}.residual"]) <= 1e-9 * supplied, circuit
 
 
+@pytest.mark.stress
 def test_a_source_with_offset_needs_no_start_value() -> None:
     """The stack begins at 0 V: the leads limit the current."""
     v = found("parallel")["whole"]
@@ -129,6 +131,7 @@ def test_a_source_with_offset_needs_no_start_value() -> None:
     assert np.ptp(v["mass.s"]) > 1e-6
 
 
+@pytest.mark.stress
 def test_a_start_at_the_offset_does_not_jump() -> None:
     v = found("starts")["started"]
     assert abs(v["stack.pin_p.i"][0]) < 1e-9
@@ -136,6 +139,7 @@ def test_a_start_at_the_offset_does_not_jump() -> None:
     assert abs(np.diff(v["stack.flange_b.s"])[:5]).max() < 2e-8  # a jump would be of 1e-5
 
 
+@pytest.mark.stress
 def test_a_steady_start_is_in_equilibrium_with_the_load() -> None:
     """A spring is compressed from the first instant, under the voltage that the source has then."""
     v = found("starts")["steady"]
@@ -148,12 +152,14 @@ def test_a_steady_start_is_in_equilibrium_with_the_load() -> None:
     assert 4e7 * (s[0] - v["stack.hysteresis.y"][0]) == pytest.approx(-2e6 * s[0], rel=1e-6)
 
 
+@pytest.mark.stress
 def test_a_second_ground_changes_nothing() -> None:
     """Behind a resistor, because two ideal grounds at one node leave their currents open in any library."""
     v, w = (found("grounds")[n] for n in ("warm", "grounded"))
     assert np.abs(v["stack.flange_b.s"] - w["stack.flange_b.s"]).max() < 1e-12
 
 
+@pytest.mark.stress
 def test_a_floating_stack_has_no_hidden_ground() -> None:
     """Ground at the positive pin: the voltage across the stack is the same, its potentials are not."""
     v, w = (found("grounds")[n] for n in ("warm", "floating"))
@@ -161,6 +167,7 @@ def test_a_floating_stack_has_no_hidden_ground() -> None:
     assert np.abs(v["stack.v"] - w["stack.v"]).max() < 1e-6
 
 
+@pytest.mark.stress
 def test_without_a_wall_the_momentum_stays() -> None:
     """Two masses at the ends, one with a velocity: no mechanical ground, no hidden one either."""
     v = found("starts")["free"]
@@ -171,6 +178,7 @@ def test_without_a_wall_the_momentum_stays() -> None:
     assert np.ptp(v["two.v"]) > 1e-3
 
 
+@pytest.mark.stress
 def test_a_mass_with_a_velocity_moves_the_stack_by_hand() -> None:
     """In short circuit the velocity makes a charge: electrical and mechanical side are one."""
     v = found("starts")["thrown"]
@@ -181,6 +189,7 @@ def test_a_mass_with_a_velocity_moves_the_stack_by_hand() -> None:
     assert np.abs(kinetic - kept).max() < 5e-3 * kinetic.max()
 
 
+@pytest.mark.stress
 def test_two_stacks_in_series_are_one_with_two_elements() -> None:
     """Flange to flange with a small mass between them, electrically in parallel."""
     apart, whole = (found("series")[n] for n in ("apart", "whole"))
@@ -188,12 +197,14 @@ def test_two_stacks_in_series_are_one_with_two_elements() -> None:
     assert np.abs(apart["line.i"] - whole["line.i"])[200:].max() < 0.02 * np.ptp(whole["line.i"][200:])
 
 
+@pytest.mark.stress
 def test_two_stacks_in_parallel_are_one_with_two_elements() -> None:
     apart, one = (found("parallel")[n] for n in ("apart", "whole"))
     assert np.abs(apart["mass.s"] - one["mass.s"]).max() < 1e-7 * np.ptp(one["mass.s"])
     assert np.abs(apart["line.i"] - one["line.i"]).max() < 1e-7 * np.ptp(one["line.i"])
 
 
+@pytest.mark.stress
 def test_the_heat_warms_what_hangs_on_the_port() -> None:
     v = found("grounds")["warm"]
     assert v["body.T"][-1] > 300

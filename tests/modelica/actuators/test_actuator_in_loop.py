@@ -39,6 +39,7 @@ def test_a_controller_of_the_library_holds_a_stack_on_its_reference() -> None:
     assert tracking(without) > 1.5
 
 
+@pytest.mark.stress
 @bench.needs_standard
 def test_a_controller_of_the_standard_library_does() -> None:
     """The loop that the guide shows."""
@@ -96,6 +97,7 @@ def plant() -> hy.Model:
     )
 
 
+@pytest.mark.stress
 def test_a_loop_around_an_exported_actuator_gives_the_figures_of_the_scenario(tmp_path: Path) -> None:
     """To a tenth: a fast amplifier and the leads add a lag to the plant of the scenario."""
     package = plant().export_modelica(tmp_path / "Piezo")

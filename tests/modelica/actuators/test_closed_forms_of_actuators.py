@@ -42,6 +42,7 @@ def test_a_stack_gives_what_its_data_sheet_says() -> None:
     assert abs(v["stack.flange_b.f"][-1]) == pytest.approx(900, rel=1e-6)
 
 
+@pytest.mark.stress
 def test_a_stack_resonates_where_its_data_sheet_says() -> None:
     """In short circuit, far below what the leads and the relaxation pass: a step of 1 V."""
     stack = f"DataSheetStack stack({linear(38e-6, 120)}, data(f_n = 4e3), resistance = 0.05, tau = 5e-7)"
@@ -59,6 +60,7 @@ def test_a_data_sheet_that_gives_energy_away_is_refused() -> None:
         bench.run(declared, joined, 1e-3, 1e-4)
 
 
+@pytest.mark.stress
 def test_a_bender_bends_as_a_beam_does() -> None:
     """Tip deflection, first resonance, capacitance of a bimorph of 40 x 10 x 0.6 mm."""
     L, b, h, d31, E, eps = 40e-3, 10e-3, 0.6e-3, 190e-12, 62e9, 1.6e-8
@@ -73,6 +75,7 @@ def test_a_bender_bends_as_a_beam_does() -> None:
     assert resonance(v["time"], v["stack.flange_b.s"], tip / 2) == pytest.approx(first, rel=5e-3)
 
 
+@pytest.mark.stress
 def test_an_amplifier_of_flexures_balances_forces_and_energy() -> None:
     """At rest against a spring: the closed form of lever, flexures and stack, and no work lost in it."""
     N, k_in, k_out, k, load = 5.0, 2e6, 1e6, 4e7, 1e4
@@ -126,12 +129,14 @@ def test_a_voltage_drive_keeps_its_limits() -> None:
     assert v["load.v"][-1] == pytest.approx(130, rel=1e-6)
 
 
+@pytest.mark.stress
 def test_a_charge_drive_delivers_a_charge() -> None:
     v = drive("ChargeDrive", "0.5", 0.02)
     assert np.abs(np.diff(v["drive.q"])).max() <= 0.2 * 1e-5 * (1 + 1e-9)
     assert v["load.v"][-1] == pytest.approx(0.5 * 6e-4 / 6e-6, rel=1e-5)
 
 
+@pytest.mark.stress
 def test_charge_drive_shows_a_tenth_of_the_hysteresis() -> None:
     """Largest width of the loop over the command, from the example."""
     v = simulate.run("HystFMU.Examples.ChargeDrive").instants()

@@ -57,6 +57,7 @@ end Bench;
     return simulate.solve_text(text, 0.2, 1e-3, 1e-9, packages=(library.ROOT, package)).instants()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("key", [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in STATIC])
 def test_the_actuator_follows_the_fmu_of_its_model(key: str, tmp_path: Path) -> None:
     """Position in metres against the output of the FMU in micrometres, for the voltage behind the leads."""
@@ -93,6 +94,7 @@ def test_the_difference_is_that_of_the_relaxation(tmp_path: Path) -> None:
     assert errors[1] == pytest.approx(errors[0] / 2, rel=0.1)
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("behind", ["input.y", "operator.z"])
 def test_a_lag_of_two_steps_beside_a_knee_stays(behind: str, tmp_path: Path) -> None:
     """Its weight is that of the input: a lag that acts at once differs by 1.7 % of the span."""
@@ -108,6 +110,7 @@ def test_a_lag_of_two_steps_beside_a_knee_stays(behind: str, tmp_path: Path) -> 
     assert error <= BOUND
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("n", [3.2, 20.0])
 def test_a_sharp_knee_stays_in_its_bound(n: float, tmp_path: Path) -> None:
     """The values that a fit of the built-in stack finds, and the sharpest knee, at the settings of the example."""
@@ -141,6 +144,7 @@ def test_what_no_sheet_says_is_that_of_a_soft_ceramic() -> None:
     assert pytest.approx(ratio, rel=0.02) == Sheet().capacitance_ratio
 
 
+@pytest.mark.stress
 def test_a_model_in_metres_gives_the_same_actuator(tmp_path: Path) -> None:
     """Thresholds and corners are relative: nothing in the way has a size of its own."""
     data = hy.synthetic.piezo(60, 1000.0)

@@ -17,6 +17,7 @@ QUICK = ("jiles_atherton, strain", "prandtl_ishlinskii")
 KINDS = [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in stacks.ROD_KINDS]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("key", [k for k in KINDS if "g0_" not in str(k)])
 def test_a_rod_follows_its_model(key: str, tmp_path: Path) -> None:
     """A free rod: the position against the output of the model for the current in the coil.
@@ -65,6 +66,7 @@ def test_a_data_sheet_gives_mass_coil_and_stiffness(tmp_path: Path) -> None:
     assert np.ptp(v["actuator.residual"]) <= 1e-5 * np.ptp(v["actuator.supplied"])
 
 
+@pytest.mark.stress
 def test_real_poles_are_the_lag_of_the_eddy_currents(tmp_path: Path) -> None:
     """G0 of time constants of 2 ms and 0.1 ms, known to 1 %."""
     slow, fast = 2e-3, 1e-4

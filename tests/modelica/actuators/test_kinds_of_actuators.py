@@ -33,6 +33,7 @@ def runs_as_it_comes(package: Path, key: str) -> None:
     assert off <= 1e-5
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("key", KINDS)
 def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, tmp_path: Path) -> None:
     """The record of the stack ends at 18 Hz: without a data sheet the example is as it comes, and quasi-static."""
@@ -43,6 +44,7 @@ def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, t
     runs_as_it_comes(package, key)
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("key", RODS)
 def test_an_exported_rod_runs_as_it_comes(key: str, tmp_path: Path) -> None:
     package = stacks.rod(key).export_modelica(tmp_path / "Piezo")
@@ -50,6 +52,7 @@ def test_an_exported_rod_runs_as_it_comes(key: str, tmp_path: Path) -> None:
     runs_as_it_comes(package, key)
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("key", KINDS)
 def test_an_actuator_with_a_mass_runs_under_loads(key: str, tmp_path: Path) -> None:
     """A tenth, one and ten times the own mass, each at the settings of the example."""

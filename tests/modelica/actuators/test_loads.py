@@ -2,6 +2,7 @@
 
 import bench
 import numpy as np
+import pytest
 
 FED = f"""{bench.FEED}
   Feed feed;
@@ -16,6 +17,7 @@ JOINED = """
 """
 
 
+@pytest.mark.stress
 def test_a_load_on_an_actuator_with_a_mass_moves_as_one() -> None:
     """The actuator has .02 kg and the load .1 kg, or the load has both; each starts at 0, where nothing is applied."""
 

@@ -1,6 +1,7 @@
 """The current-driven actuator: its example against the same equations solved elsewhere, and its energies."""
 
 import numpy as np
+import pytest
 import simulate
 
 STOP, STEP = 5e-3, 1e-6  # s, of the other solver: a tenth of the time constant of the current
@@ -46,12 +47,14 @@ def test_rod_agrees_with_its_equations_solved_elsewhere() -> None:
         assert np.abs(now[name][rows] - own[at]).max() < 1e-5 * np.abs(own).max(), name
 
 
+@pytest.mark.stress
 def test_rod_takes_the_energy_that_it_stores_and_loses() -> None:
     now = simulate.run("HystFMU.Examples.MagnetostrictiveRod").instants()
     assert np.ptp(now["rod.residual"]) < 1e-9 * now["rod.supplied"].max()
     assert now["rod.dissipated"][-1] > 0.1
 
 
+@pytest.mark.stress
 def test_field_lags_behind_the_current_by_the_eddy_currents() -> None:
     """A rod of no hysteresis, free: e is the current through a lag of tau."""
     slot = "HystFMU.Actuators.Hysteresis.PrandtlIshlinskii hysteresis(n = 1, w0 = 1, r = {1}, w = {0}, gain = 0.25)"

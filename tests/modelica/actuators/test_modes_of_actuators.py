@@ -76,6 +76,7 @@ def ringing(package: Path, ratio: float, f: float) -> tuple[float, float]:
     return found.x[0] / (2 * np.pi), found.x[1]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("sheet", [None, STACK], ids=["assumed", "sheet"])
 @pytest.mark.parametrize("key", KINDS)
 def test_an_exported_actuator_has_the_identified_mode(key: str, sheet: dict[str, float] | None, tmp_path: Path) -> None:
@@ -91,6 +92,7 @@ def test_an_exported_actuator_has_the_identified_mode(key: str, sheet: dict[str,
     assert zeta == pytest.approx(model.fit["zeta"], rel=0.01)
 
 
+@pytest.mark.stress
 def test_an_exported_actuator_has_the_mode_of_its_data_sheet(tmp_path: Path) -> None:
     package = fitted("g0_prandtl_ishlinskii").export_modelica(tmp_path / "Piezo", sheet=SHEET)
     f, zeta = ringing(package, 0, SHEET["resonance"])
@@ -99,6 +101,7 @@ def test_an_exported_actuator_has_the_mode_of_its_data_sheet(tmp_path: Path) -> 
     assert zeta == pytest.approx(SHEET["damping"], rel=0.01)
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
 def test_a_load_adds_to_the_own_mass_and_not_to_the_damping(ratio: float, tmp_path: Path) -> None:
     """m s^2 + c s + k = 0 with the same k and c: f_n falls with the root of the mass, the damping ratio too."""

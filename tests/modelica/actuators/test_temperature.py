@@ -7,6 +7,7 @@ import bench
 import exported
 import library
 import numpy as np
+import pytest
 import simulate
 
 import hystfmu as hy
@@ -55,6 +56,7 @@ def test_a_temperature_is_a_port_in_kelvin(tmp_path: Path) -> None:
     assert np.abs(v["tested.y"][at] - expected).max() <= 1e-9 * np.ptp(expected)
 
 
+@pytest.mark.stress
 def test_an_actuator_follows_the_temperature_of_its_heat_port(tmp_path: Path) -> None:
     """Two of one model, one at 293.15 K without a port, one on a body of 328.15 K."""
     package = model().export_modelica(tmp_path / "Piezo")

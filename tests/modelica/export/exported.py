@@ -27,11 +27,11 @@ KEYS = tuple(k for k in METHODS if k != "auto")  # auto chooses one of the other
 CONTINUOUS_KEYS = tuple(  # kinds that have a continuous realisation
     k
     for k in KEYS
-    if k not in ("bouc_wen_oscillator", "duhem_oscillator", "narx_network", "polynomial_narx", "rate_mlp")
+    if not k.endswith("_oscillator") and k not in ("lugre", "narx_network", "polynomial_narx", "rate_mlp")
 )
 CONTINUOUS_BOUND = {"Events": 2e-4, "Smooth": 1e-3}  # creep is exact here, discretised there; corners and polygons
 ROUNDING = 1e-12  # |Modelica - predict| / span of predict
-OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator")
+OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator")
 QUICK: dict[str, Any] = {"starts": 1, "iterations": 10, "hidden": 3}
 OPTIONS: dict[str, dict[str, Any]] = {
     "prandtl_ishlinskii": {"N": 8},

@@ -21,6 +21,7 @@ from hystfmu.modelica.realisation import kinds, left_out, missing
 QUICK = ("g0_prandtl_ishlinskii",)  # also the start of dynamics behind events
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "key", [k if k in QUICK else pytest.param(k, marks=pytest.mark.stress) for k in exported.CONTINUOUS_KEYS]
 )
@@ -83,6 +84,7 @@ def test_rate_of_a_unit() -> None:
     assert [per_second(u) for u in ("", "V", "A/m")] == ["1/s", "V/s", "A/(m.s)"]
 
 
+@pytest.mark.stress
 def test_limits_of_a_scaling_hold_the_rate(tmp_path: Path) -> None:
     """Beyond the limits of a scaling nothing moves behind it: the rate there is 0, not that of the port."""
     model = micrometres()

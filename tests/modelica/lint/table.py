@@ -9,14 +9,18 @@ from twin import TWINS
 from hystfmu.core.library import Var
 from hystfmu.modelica.classes import DEPTH, lacks
 
-PAIRS = sorted(
-    n
-    for n, c in library.classes().items()
-    if c.tree.type == "block" and c.short_name in TWINS and not n.startswith("HystFMU.Validation")
-)
 # what a class has beyond its block
 # Ts: the communication step of the unit; the others belong to a realisation
 ADDED = {"Ts", "eps", "width", "plays", "reach", "values", "state0", "inChain"}
+
+
+def pairs() -> list[str]:
+    """The classes with a twin."""
+    return [
+        n
+        for n, c in library.classes().items()
+        if c.tree.type == "block" and c.short_name in TWINS and not n.startswith("HystFMU.Validation")
+    ]
 
 
 def same_unit(modelica: str, c: str) -> bool:

@@ -54,6 +54,7 @@ def recorded(scenario: str, case: str, ends: dict[str, str], command: str) -> tu
     return columns, want
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize(("scenario", "case", "ends", "command"), SHIPPED)
 def test_commands_of_a_shipped_loop(
     scenario: str, case: str, ends: dict[str, str], command: str, tmp_path: Path
@@ -67,6 +68,7 @@ def test_commands_of_a_shipped_loop(
         same_bits(lambda c=called: c, columns, want)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("scenario", "case", "fmi"), [("pid", "sine_10", 2), ("stage/irc_repetitive", "scan_100", 3)])
 def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: Path) -> None:
     if not shutil.which("cc"):
@@ -83,6 +85,7 @@ def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: 
 COMPILERS = {"c": ["cc", "-std=c99"], "c++": ["g++", "-x", "c++", "-std=c++20"]}
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scenario", "case", "language"),
     [("repetitive", "saturation_10", "c"), ("stage/irc_repetitive", "staircase", "c"), ("pid", "sine_10", "c++")],
@@ -184,6 +187,7 @@ def measured(called: Called, n: int) -> list[dict[str, float]]:
     return [dict(zip(known, row, strict=True)) for row in np.column_stack(list(known.values())).tolist()]
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_first_command_is_the_one_that_acts(scenario: str, fmi: int, tmp_path: Path) -> None:

@@ -105,6 +105,7 @@ def test_reset_and_saved_state(fmi: int, tmp_path: Path) -> None:
     called.free()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("scenario", "fmi"), [("pid", 2), ("h_infinity", 3), ("stage/ppf", 2), ("adaptive", 3)])
 def test_it_is_a_good_fmu(scenario: str, fmi: int, tmp_path: Path) -> None:
     fmu = hy.Scenario.load(ROOT / "scenarios" / scenario).export_controller(tmp_path / "c.fmu", fmi)  # type: ignore[arg-type]
@@ -194,6 +195,7 @@ def test_foreign_units(tmp_path: Path) -> None:
         loop.export_controller(tmp_path / "no.fmu")
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_in_the_place_of_its_units(fmi: int, tmp_path: Path) -> None:
     """The scenario with the FMU instead of the units that are in it has the same bits."""

@@ -65,6 +65,7 @@ def test_it_passes_and_shows_what_a_branch_changes(repository: Path) -> None:
     assert "All" in (repository / "new" / "changes.html").read_text()
 
 
+@pytest.mark.stress
 def test_a_branch_that_breaks_a_limit_fails(repository: Path) -> None:
     file = repository / "scenarios" / "compensated" / "scenario.toml"
     file.write_text(file.read_text().replace("w0 = 0.3", "w0 = 0.33", 1))

@@ -59,6 +59,7 @@ def test_model_exchange_of_a_lag_follows_its_closed_form(tmp_path: Path, fmi: in
     assert np.abs(run.values["y"] - y).max() < 1e-7
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", of_all("Dahlquist", "fmi1me"))
 def test_dahlquist(tmp_path: Path, name: str) -> None:
     run = run_fmu(of_model(name, tmp_path), settings={"k": 2.5}, step=0.25, stop=10.0)
@@ -71,6 +72,7 @@ def test_dahlquist_steps_by_its_own_euler_in_co_simulation(name: str) -> None:
     assert np.abs(run.values["x"] - 0.9 ** np.arange(51)).max() < 1e-14
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", of_all("BouncingBall", "fmi1me"))
 def test_bouncing_ball_meets_the_times_of_its_bounces(tmp_path: Path, name: str) -> None:
     """The ball falls from 1 m; bounce k follows the one before after 2 e^k v_1/g."""
@@ -103,6 +105,7 @@ def test_stair_in_co_simulation(name: str) -> None:
     assert run.values["counter"].tolist() == (1 + np.floor(run.t + 1e-9)).tolist()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", of_all("VanDerPol", "fmi1me"))
 def test_van_der_pol_agrees_with_another_integrator(tmp_path: Path, name: str) -> None:
     run = run_fmu(of_model(name, tmp_path), step=0.5, stop=20.0)
@@ -146,6 +149,7 @@ TYPES = {
 }
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("interface", ["Co-Simulation", "Model Exchange"])
 def test_every_type_of_variable(tmp_path: Path, interface: str) -> None:
     """The values of the second row count from 0.5 s on; only the continuous input is on a line before."""
@@ -165,6 +169,7 @@ def test_every_type_of_variable(tmp_path: Path, interface: str) -> None:
         assert y.tolist() == want, name
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("cell", "message"),
     [
@@ -186,7 +191,7 @@ def test_a_value_that_cannot_be_carried_is_refused(tmp_path: Path, cell: str, me
         ("t [m],v\n1,2\n2,3\n", "the time must be in s, "),
         ("t,z\n1,2\n2,3\n", "'z' is no input of {}; there are v, u_1, u_2"),
         ("t,u_1\n1,2\n2,3\n", "the input 'u' needs columns for all elements; 'u_2' is missing"),
-        ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and there must be a row"),
+        ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and the table must have a row"),
     ],
 )
 def test_a_table_that_does_not_fit(pair: Path, text: str, said: str) -> None:
@@ -216,6 +221,7 @@ def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> Non
     assert run.values["y_2"].tolist() == [-1, -1, -2, *(-np.interp([1.0, 1.5], [0.5, 2], [2, 3])).tolist()]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("given", "want"),
     [
@@ -237,7 +243,7 @@ def test_times_and_steps(pair: Path, given: dict[str, float], want: tuple[float,
         ({"step": 0.0, "stop": 1.0}, "the step must be finite and greater than 0; got 0"),
         ({"step": 1e-12, "stop": 1.0}, "1e\\+12 steps of 1e-12 s; at least 1 and at most 10000000 can run"),
         ({"settings": {"kk": 1}}, "no parameter 'kk'; there are b, a"),
-        ({}, "states no stop time; give --stop"),
+        ({}, "The FMU states no stop time. Give it with --stop"),
     ],
 )
 def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, Any], message: str) -> None:

@@ -49,6 +49,7 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int, 
         ready(write(loop))
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 @pytest.mark.parametrize(
     ("defect", "message"),
@@ -288,6 +289,7 @@ SOON = [("gauss_seidel", "first"), ("iterative", "zero")]
 LONG = [(s, h) for s in ("gauss_seidel", "jacobi", "iterative") for h in ("zero", "first") if (s, h) not in SOON]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("scheme", "hold"), [*SOON, *(pytest.param(*c, marks=pytest.mark.stress) for c in LONG)])
 def test_model_exchange_in_a_closed_loop(loop: Any, write: Any, scheme: str, hold: str) -> None:
     """The second-order dynamics of the plant as a foreign FMU that has Model Exchange only."""
@@ -340,6 +342,7 @@ def test_a_boolean_is_true_from_one_half_on(loop: Any, write: Any) -> None:
     assert trace["x.Boolean_output"].tolist() == (trace["reference.r"] >= 0.5).astype(float).tolist()
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_number_that_does_not_fit_stops_the_run(loop: Any, write: Any, engine: Any) -> None:
     folder = feedthrough(loop, write, "UInt8")
@@ -374,6 +377,7 @@ def test_fmi_1_in_both_engines(loop: Any, write: Any) -> None:
         simulate(ready(write(loop)))
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_adapted_fmu_is_never_asked_for_tangents(loop: Any, write: Any, engine: Any) -> None:
     """Set by types, it is called by no function for a tangent: a loop through it is solved by relaxation."""

@@ -193,9 +193,9 @@ def gains(g: Graph | Foreign) -> list[float]:
     ("name", "value", "said"),
     [
         ("gain", 1.0, "no parameter 'gain'; there are bank_gain, bank_offset"),
-        ("bank_gain", "*x", "bank_gain: after '*' stands a number; got '*x'"),
-        ("bank_gain_2", "x", "bank_gain: one element takes one number; got 'x'"),
-        ("bank_gain_2", [1.0], "bank_gain: one element takes one number; got [1.0]"),
+        ("bank_gain", "*x", "bank_gain: '*' must be followed by a number; got '*x'"),
+        ("bank_gain_2", "x", "bank_gain: one element must have one number; got 'x'"),
+        ("bank_gain_2", [1.0], "bank_gain: one element must have one number; got [1.0]"),
         ("bank_gain_4", 1.0, "no parameter 'bank_gain_4'"),
     ],
 )
@@ -265,6 +265,7 @@ def run(system: System, engine: Any) -> Trace:
     return Trace.joined(chunks_here(system, engine), system.n_steps + 1)
 
 
+@pytest.mark.some(8)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("unit", ["lag", "pair"])
 @pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])

@@ -41,6 +41,7 @@ def recorded(name: str) -> dict[str, dict[str, float]]:
     return baseline.metrics
 
 
+@pytest.mark.some(6)
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)
 def test_complete_with_limits(folder: Path) -> None:
     """A limit is what is asked for: a round figure, met, which the baseline does not set."""
@@ -57,6 +58,7 @@ def test_complete_with_limits(folder: Path) -> None:
             assert m.limit == float(f"{m.limit:.2g}"), f"{case.title}: {name} {m.limit} is no round figure"
 
 
+@pytest.mark.some(12)
 @pytest.mark.parametrize("file", sorted(ROOT.rglob("scenario.toml")), ids=lambda f: f.parent.name)
 def test_every_limit_guards(file: Path) -> None:
     """No metric of any case may exceed three times what is recorded, whatever its limit."""
@@ -76,6 +78,7 @@ def test_every_loop_at_10_khz_has_the_known_step_and_all_corners() -> None:
         assert {"bouc_wen_network_10", *BOTH_PLANTS} <= names, "the other plant, a network as inverse"
 
 
+@pytest.mark.stress
 def test_every_controller_runs_in_every_condition_on_the_bouc_wen_plant() -> None:
     """At 10 kHz; the inverse is of its own class in all of them but two that show what another class costs."""
     loops = [*TUNED_10_KHZ, "open_loop", "cascade", "iterative_learning"]
@@ -237,6 +240,7 @@ def test_the_loop_of_2005_tracks_better_than_its_inverse_and_that_better_than_no
         assert 2 * alone[case]["tracking"] < none[case]["tracking"], case
 
 
+@pytest.mark.stress
 def test_the_experiments_of_the_papers_run_from_their_folder(tmp_path: Path) -> None:
     result = CliRunner().invoke(main, ["run", str(ROOT / "papers"), "--report", str(tmp_path)])
     assert result.exit_code == 0, result.output
@@ -244,6 +248,7 @@ def test_the_experiments_of_the_papers_run_from_their_folder(tmp_path: Path) -> 
     assert all(folder.name in result.output for folder in PAPERS)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("cases", [("--case", "exact_10"), pytest.param((), marks=pytest.mark.stress)])
 @pytest.mark.parametrize("parameter", ["hysteresis_w", "hysteresis_w0", "hysteresis_r", "g0_b"])
 def test_a_plant_that_is_20_percent_off_fails_with_scenario_metric_value_limit(

@@ -240,6 +240,7 @@ def test_plant_and_record_are_what_their_maker_says() -> None:
     assert np.std(rest) == pytest.approx(0.001 * np.ptp(shipped.y), rel=0.1), "noise of 0.1 % of the span"
 
 
+@pytest.mark.stress
 def test_the_stated_fit_makes_the_shipped_model_of_the_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It finds pinning and dynamics of a plant that is not of its class: the lag stands before the operator."""
     (line,) = (p for p in maker.__doc__.replace("\\\n", " ").splitlines() if p.strip().startswith("hystfmu fit"))
@@ -304,6 +305,7 @@ def test_the_gains_without_the_lag_of_the_field_are_unstable(corner: str) -> Non
         assert loop.margins().stable == stable
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", LOOPS)
 def test_they_run_as_fmus_with_the_bits_of_the_core(name: str) -> None:
     loop = hy.Scenario.load(ROD / name)
@@ -376,6 +378,7 @@ def test_the_readme_states_the_figures() -> None:
     )
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("scenario", ["pid", "pid_observer"])
 def test_no_drawn_law_is_30_percent_better_than_both(script: ModuleType, scenario: str) -> None:
     """Than its linear law and than the tuned loop; drawn anew, too."""

@@ -17,7 +17,7 @@
   V(de, STATE, 1, "real", "1/s", 0.0, -HYST_INF, HYST_INF, "filtered derivative of the error") \
   V(e_last, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "error at the last step")
 
-/* NULL, or the error of prepare() for HYST_LIMIT_ROWS */
+/* returns NULL, or the error of prepare() for HYST_LIMIT_ROWS */
 static inline const char *hyst_wrong_limits(double u_min, double u_max) {
   return u_min > u_max ? "u_min must not be greater than u_max" : NULL;
 }
@@ -28,7 +28,7 @@ static inline const char *hyst_wrong_limits(double u_min, double u_max) {
     return hyst_wrong_limits(*u_min, *u_max); \
   }
 
-/* de/dt through 1 / (tau s + 1) by the backward rule; tau = 0: the plain difference.  dt = 0: no difference yet. */
+/* de/dt with the filter 1 / (tau s + 1), by the backward rule; tau = 0: no filter; dt = 0: the result is 0. */
 static inline double hyst_difference(double d_last, double e, double e_last, double tau, double dt) {
   return dt > 0 ? (tau * d_last + (e - e_last)) / (tau + dt) : 0;
 }

@@ -26,11 +26,11 @@
   V(estimate, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "estimated position, velocity / omega_n, gain d") \
   V(past, STATE, n, "real", "1", 0.0, -HYST_INF, HYST_INF, "commands of the last n steps, newest first")
 
-/* out = F in */
+/* computes out = F in */
 static void times(const double *F, const double *in, double *out) {
   for (int i = 0; i < 3; i++) out[i] = F[3 * i] * in[0] + F[3 * i + 1] * in[1] + F[3 * i + 2] * in[2];
 }
-/* out = row F */
+/* computes out = row F */
 static void row_times(const double *row, const double *F, double *out) {
   for (int j = 0; j < 3; j++) out[j] = row[0] * F[j] + row[1] * F[3 + j] + row[2] * F[6 + j];
 }
@@ -57,7 +57,7 @@ HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   if (*gain == 0) return "gain must not be 0";
   const char *const wrong = hyst_wrong_limits(*u_min, *u_max);
-  if (wrong || dt == 0) return wrong; /* initialisation uses no matrices */
+  if (wrong || dt == 0) return wrong; /* the initialisation uses no matrices */
   return hyst_second_order(HYST_2PI * *f_n * dt, *zeta, work, F) && place(F, hyst_exp(-HYST_2PI * *f_o * dt), M)
              ? NULL
              : "the step is too long for f_n and zeta";

@@ -23,7 +23,7 @@
   V(e, STATE, RING, "real", "1", 0.0, -HYST_INF, HYST_INF, "past errors")                                              \
   V(at, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "index of the current step in w and e")
 
-/* the element of a ring that is n steps older than `at` */
+/* returns the element of a ring that is n steps older than `at` */
 static inline int past(int at, int n, int ring) { return at < n ? at - n + ring : at - n; }
 
 HYST_PREPARE_FN(prepare) {

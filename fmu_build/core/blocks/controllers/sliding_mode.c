@@ -1,10 +1,10 @@
 /* Sliding mode controller around a feed-forward, with integral action, limits and anti-windup.
- * With k_i = 0 this is the law of Yu & Alici 2005; it leaves a steady error under a plant mismatch, the integral
- * removes it.  Within the layer the law is linear: with k_i = 0 a PD, else a PID of Kd = eta + rho / epsilon,
- * Kp = Kd lam, Ki = Kd k_i.  With a step of delay and 6 dB of Ms there is no room for more; python/docs/tracking.md has
- * the figures.  `saturation` is linear within the layer and full outside, `smooth` reaches half of rho at its edge.
- * Without a width of its own the layer follows the gains, so that a loop does not depend on the unit of measure of y:
- * its slope is then ten times eta. */
+ * With k_i = 0 this is the law of Yu & Alici 2005. That law has a steady error if the plant differs from its model; the
+ * integral removes this error. Within the layer the law is linear: with k_i = 0 a PD, else a PID of Kd = eta + rho /
+ * epsilon, Kp = Kd lam, Ki = Kd k_i. With one step of delay and Ms of at most 6 dB, a loop cannot use more switching;
+ * python/docs/tracking.md has the figures. `saturation` is linear within the layer and full outside, `smooth` reaches
+ * half of rho at its edge. If epsilon is 0, the width of the layer is computed from the gains, so that a loop does not
+ * depend on the unit of measure of y: the slope of the law in the layer is then ten times eta. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"
@@ -34,7 +34,7 @@ static double law(double u_ff, double s, double eta, double rho, double epsilon,
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  *layer = *epsilon > 0 ? *epsilon : *rho > 0 ? *rho / (10 * *eta) : 1; /* rho = 0: no switching */
+  *layer = *epsilon > 0 ? *epsilon : *rho > 0 ? *rho / (10 * *eta) : 1; /* if rho = 0, there is no switching */
   if (!(*layer > 0 && hyst_isfinite(*layer))) return "epsilon must be greater than 0 if eta is 0";
   return hyst_wrong_limits(*u_min, *u_max);
 }

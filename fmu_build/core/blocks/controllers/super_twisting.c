@@ -1,9 +1,9 @@
 /* Generalised super-twisting controller around a feed-forward: second-order sliding mode, whose switching term is
  * integrated, so that the command is continuous.  mu = 0 is the super-twisting law of Levant; the linear terms of mu
- * reduce the error while s is large.  The boundary layer epsilon replaces sgn(s) as in the law of Yu & Alici: with
- * a finite step sgn chatters.  Without a width of its own the layer follows the gains, so that a loop does not depend
- * on the unit of measure of y: the corner of the integrator within it, k_2 / (2 k_1 epsilon^(1/2)), is then lam / 20.
- * The integrator uses the backward rule. */
+ * reduce the error while s is large. The boundary layer epsilon replaces sgn(s) as in the law of Yu & Alici: with a
+ * finite step, sgn(s) chatters. If epsilon is 0, the width of the layer is computed from the gains, so that a loop does
+ * not depend on the unit of measure of y: the corner frequency of the integrator within the layer, k_2 / (2 k_1
+ * epsilon^(1/2)), is then lam / 20. The integrator uses the backward rule. */
 #include "core/blocks/controllers/control.h"
 #include "core/elementary/elementary.h"
 #include "core/elementary/limit.h"
@@ -34,7 +34,7 @@ static double phi_2(double s, double mu, double epsilon) {
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   const double root = 10 * *k_2 / (*lam * *k_1);
-  *layer = *epsilon > 0 ? *epsilon : *k_1 == 0 && *k_2 == 0 ? 1 : root * root; /* without gains no switching */
+  *layer = *epsilon > 0 ? *epsilon : *k_1 == 0 && *k_2 == 0 ? 1 : root * root; /* no gains: no switching */
   if (!(*layer > 0 && hyst_isfinite(*layer))) return "epsilon must be greater than 0 if lam, k_1 or k_2 is 0";
   return hyst_wrong_limits(*u_min, *u_max);
 }

@@ -57,7 +57,7 @@ static void newmark(const plant *p, double h, double u, double *q, double *v, do
     const double j11 = p->m + 0.5 * h * p->c + 0.25 * h * h * p->k, j21 = -0.25 * h * h * z.by_v;
     const double j22 = 1 - 0.5 * h * z.by_f, determinant = j11 * j22 - j21;
     const double dA = (j22 * r1 - r2) / determinant, dF = (j11 * r2 - j21 * r1) / determinant;
-    if (!hyst_isfinite(A - dA) || !hyst_isfinite(F - dF)) break; /* keep the last finite values */
+    if (!hyst_isfinite(A - dA) || !hyst_isfinite(F - dF)) break; /* the last finite values are kept */
     A -= dA;
     F -= dF;
     if (hyst_fabs(dA) <= 1e-15 * hyst_fabs(A) && hyst_fabs(dF) <= 1e-15 * hyst_fabs(F)) break;
@@ -106,12 +106,12 @@ HYST_UPDATE_FN(update) {
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
-  return 0; /* outputs are states */
+  return 0; /* the outputs are states */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   const double size = hyst_fabs(*f), less = *nu == 1 ? 1 : hyst_pow(size, *nu - 1);
-  const double d_speed = *v > 0 ? *s_v : *v < 0 ? -*s_v : hyst_fabs(*s_v); /* of |v|, |f| */
+  const double d_speed = *v > 0 ? *s_v : *v < 0 ? -*s_v : hyst_fabs(*s_v); /* derivatives of |v| and |f| */
   const double d_size = *f > 0 ? *s_f : *f < 0 ? -*s_f : hyst_fabs(*s_f);
   *t_y = *s_q;
   *t_z = *s_f;
@@ -122,7 +122,7 @@ HYST_TANGENT_FN(tangent) {
              (*gamma * (d_speed * *f + *nu * hyst_fabs(*v) * *s_f) + *delta * (*s_v * size + *nu * *v * d_size));
 }
 /* The steps of update(), each with its derivative: that of the balance and of the trapezoidal rule, by the Jacobian of
- * Newton's method.  Between the parts of a divided step the force follows from the balance, as there. */
+ * Newton's method. Between the parts of a divided step the force follows from the balance, as in update(). */
 HYST_SENSITIVITY_FN(sensitivity) {
   HYST_OPEN_SENSITIVITY
   const plant p = PLANT;
@@ -133,14 +133,14 @@ HYST_SENSITIVITY_FN(sensitivity) {
     const hysteresis z0 = flow(&p, v0, f0);
     newmark(&p, h, i == steps ? *u : before + (*u - before) * i / steps, q, v, f, a);
     const hysteresis z1 = flow(&p, *v, *f);
-    /* right-hand sides: of the balance in t_y, of the rule in t_z */
+    /* right-hand sides: t_y of the balance, t_z of the trapezoidal rule */
     for (int64_t c = 0; c < n_columns; c++) {
       const double v_p = s_v[c] + 0.5 * h * s_a[c], q_p = s_q[c] + h * s_v[c] + 0.25 * h * h * s_a[c];
       const double last = p.m * s_a[c] + p.c * s_v[c] + p.k * s_q[c] + s_f[c];
       t_y[c] = (i < steps ? last + (s_u[c] - last) * left : s_u[c]) - p.c * v_p - p.k * q_p;
       t_z[c] = s_f[c] + 0.5 * h * (z0.by_v * s_v[c] + z0.by_f * s_f[c] + z1.by_v * v_p);
     }
-    const double rest = i < steps ? 1 - left : 0; /* of the force at the last part */
+    const double rest = i < steps ? 1 - left : 0; /* derivative of the force at the last part of the step */
     for (const hyst_change *e = s_m_L; e < end_m_L; e++) t_y[e->column] += e->size * (rest * a0 - *a);
     for (const hyst_change *e = s_c_L; e < end_c_L; e++) t_y[e->column] += e->size * (rest * v0 - *v);
     for (const hyst_change *e = s_k_L; e < end_k_L; e++) t_y[e->column] += e->size * (rest * q0 - *q);

@@ -22,7 +22,7 @@ HYST_OUTPUT_FN(output) {
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
-  const int at = hyst_stored(*oldest, n); /* holds u_(k-1-n), which is not needed any more */
+  const int at = hyst_stored(*oldest, n); /* contains u_(k-1-n), which is no longer needed */
   ring[at] = *u;
   *oldest = at == n ? 0 : at + 1;
 }

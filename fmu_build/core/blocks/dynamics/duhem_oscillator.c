@@ -1,4 +1,4 @@
-/* Oscillator with a Duhem force of free shape, which needs no law such as that of Bouc and Wen:
+/* Oscillator with a Duhem force of any shape, not only that of the law of Bouc and Wen:
  *   m_L y'' + c_L y' + k_L y + z = u,   dz/dy = f(s z), s = sgn(y')
  * f is piecewise linear on n equal knots over [-z_max, z_max], constant beyond them, and the same for both directions
  * of motion.  With f(-x) >= f(x) and f(-x) > 0 for x >= 0 the force is passive: it stores at most
@@ -34,7 +34,7 @@ typedef struct {
 /* f at x, and its derivative towards the sign of `way` */
 static double stiffness(const shape *s, double x) {
   const double at = 0.5 * (x / s->z_max + 1) * s->last;
-  if (!(at > 0)) return at != at ? at : s->f[0]; /* NaN stays: it shows what the derivative depends on */
+  if (!(at > 0)) return at != at ? at : s->f[0]; /* NaN stays NaN, which shows the dependence of the derivative */
   if (at >= s->last) return s->f[s->last];
   const int i = (int)at;
   return s->f[i] + (at - i) * (s->f[i + 1] - s->f[i]);
@@ -92,7 +92,7 @@ HYST_UPDATE_FN(update) {
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
   (void)dim_, (void)p_;
-  return 0; /* outputs are states */
+  return 0; /* the outputs are states */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
@@ -121,7 +121,7 @@ HYST_SENSITIVITY_FN(sensitivity) {
   for (int i = 1; i <= steps; i++) {
     const double v0 = *v, q0 = *q, between = *v + by * (force - *c_L * *v - *k_L * *q - *g), dq = 2 * half * between;
     const double sign = between > 0 ? 1 : -1, x0 = sign * *g, f0 = stiffness(&s, x0), middle = *g + 0.5 * dq * f0;
-    const double x1 = sign * middle, f1 = stiffness(&s, x1), way = between; /* z moves as f and the motion say */
+    const double x1 = sign * middle, f1 = stiffness(&s, x1), way = between; /* change of z by f and the motion */
     const double slope0 = sign * stiffness_slope(&s, x0, way * f0 * sign);
     const double slope1 = sign * stiffness_slope(&s, x1, way * f1 * sign);
     const double done = (double)(i - 1) / steps, next = i == steps ? 1 : (double)i / steps;

@@ -20,7 +20,7 @@
 
 HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
-  if (dt == 0) return NULL; /* initialisation uses no matrices */
+  if (dt == 0) return NULL; /* the initialisation uses no matrices */
   for (int i = 0; i < n; i++) {
     const double turn = HYST_2PI * f_n[i] * dt;
     if (!(turn * (1 + zeta[i]) < 1e12)) return "the step is too long for the fastest mode (more than 1e12 radians)";

@@ -11,7 +11,7 @@
   V(u, INPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "signal")                                                   \
   V(y, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "nearest level")
 
-static const double MOST = 4503599627370496.0; /* 2^52: doubles are no closer than the levels from here on */
+static const double MOST = 4503599627370496.0; /* 2^52: above it, doubles are not closer than the levels */
 
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT

@@ -42,7 +42,7 @@ static int time_scale(int na, const double *a) {
     const int root = e > 0 ? (e + k - 1) / k : -(-e / k);
     if (root > most) most = root;
   }
-  return most == -1023 ? 0 : most; /* a chain of integrators has no time scale */
+  return most == -1023 ? 0 : most; /* integrators in series have no time scale */
 }
 
 static int all_finite(int n, const double *v) {
@@ -81,10 +81,10 @@ HYST_PREPARE_FN(prepare) {
   for (int k = 1; k <= na; k++)
     if (!hyst_isfinite(a[k] / a[0])) return "the first coefficient of a is too small relative to the others";
   const int e = time_scale(na, a);
-  if (e > 1022) return "the magnitudes of the coefficients differ too much"; /* 2^-e would be 0 or infinite */
+  if (e > 1022) return "the magnitudes of the coefficients differ too much"; /* otherwise 2^-e is 0 or infinite */
   const double slower = power_of_two(-e);
   *sigma = power_of_two(e);
-  for (int k = 1; k <= na; k++) { /* stepwise, because sigma^k may be out of range */
+  for (int k = 1; k <= na; k++) { /* multiplied in steps, because sigma^k may be out of range */
     alpha[na - k] = a[k] / a[0];
     for (int i = 0; i < k; i++) alpha[na - k] *= slower;
   }
@@ -96,7 +96,7 @@ HYST_PREPARE_FN(prepare) {
   }
   /* |alpha| <= 1 by the choice of e; a NaN in d makes every c NaN */
   if (!all_finite(na, c)) return "the magnitudes of the coefficients differ too much";
-  if (dt == 0) return NULL; /* initialisation uses no matrices */
+  if (dt == 0) return NULL; /* the initialisation uses no matrices */
   const double rate = *sigma * dt;
   if (!(rate < 1e12)) return "the step is too long: more than 1e12 times the fastest time constant";
   if (!discretise(na, alpha, rate, work, *hold == 1, A, B0, B1)) return "the output overflows in one step";
@@ -118,7 +118,7 @@ HYST_DERIV_FN(deriv) {
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   if (dt == 0) {
-    if (*start == 1) v[0] = *u / alpha[0]; /* the others are derivatives */
+    if (*start == 1) v[0] = *u / alpha[0]; /* the other states are derivatives */
     *u_last = *u;
     return;
   }

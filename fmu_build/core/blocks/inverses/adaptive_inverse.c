@@ -1,16 +1,16 @@
-/* Adaptive inverse: the exact inverse of a Prandtl-Ishlinskii operator whose weights are learned while it runs.
+/* Adaptive inverse: the exact inverse of a Prandtl-Ishlinskii operator whose weights are learned during operation.
  *
  * The operator is linear in its weights theta = (w0, w): behind linear dynamics G0 and a known delay the measured
  * output is y = theta' phi, phi = G0 z^-delay of the command and of its plays.  A Kalman filter with theta as a random
- * walk (P grows by P_0 dt / T) learns theta from y - theta' phi, the error of prediction.  A feedback in v changes the
- * command, of which phi knows, and no prediction: it is not learned as an error of the model.  What keeps it sound:
- *   f_h       beside a feedback, errors slower than f_h are left to it: y and phi pass a first-order high pass, so that
- *             a disturbance or an offset is not learned, and no weight is moved to where the feedback is better
- *             (prefilter of the criterion: Ljung, System Identification, 2nd ed., 14.4)
- *   gate      nothing changes while the reference stands still, so noise at rest moves no weight
- *   trust     P begins at start^2 P_0; it is P_0 once the prediction was wrong by `change` for six samples in a row
- *   box       w0 >= w0_min and w >= 0 bound the slope of the inverse; theta stays within `box` sd of its start
- *   P         symmetric, no diagonal above P_0; the random walk is far above the rounding of an update
+ * walk (P grows by P_0 dt / T) learns theta from the prediction error y - theta' phi. A feedback in v changes the
+ * command, and phi contains the command, so the feedback causes no prediction error. The following measures make it
+ * robust:
+ *   f_h       a feedback corrects errors slower than f_h: y and phi pass a first-order high pass, so that a disturbance
+ *             or an offset changes no weight (prefilter of the criterion: Ljung, System Identification, 2nd ed., 14.4)
+ *   gate      the weights are constant while the reference is constant, so that noise at rest does not change them
+ *   trust     P starts at start^2 P_0; it is set to P_0 after six consecutive prediction errors above `change`
+ *   box       w0 >= w0_min and w >= 0 bound the slope of the inverse; theta stays within `box` sd of its initial value
+ *   P         symmetric, no diagonal element above P_0; the random walk is much larger than rounding errors
  * Kuhnen & Janocha, European Control Conference 1999 (adaptive inverse); Krejci & Kuhnen 2001 (inverse); Kalman filter
  * of a random walk: Ljung & Gunnarsson, Automatica 26 (1990) 7-21. */
 #include "core/blocks/controllers/control.h"
@@ -88,14 +88,14 @@ static double invert(int n, const double *r, const double *theta, const double *
     missing -= theta[i + 1] * z[i];
     size += hyst_fabs(theta[i + 1] * z[i]);
   }
-  /* at the last command itself what is missing is rounding, and the seed decides on the way */
+  /* at the last command, the difference is only rounding; the seed selects the direction */
   const int stands = seed != 0 && hyst_fabs(missing) <= 1e-13 * size;
   const double way = (stands ? seed : missing) < 0 ? -1 : 1;
   double left = stands ? 0 : hyst_fabs(missing), u = last;
   *slope = theta[0];
   for (int i = 0; i < n; i++) {
     double go = way * (z[i] + way * r[i] - u);
-    if (go < 0) go = 0; /* of a memory that no run has led to */
+    if (go < 0) go = 0; /* only for a memory that no run can reach */
     if (go * *slope > left || (go * *slope == left && !(way * seed > 0))) break;
     left -= go * *slope;
     u += way * go;
@@ -111,7 +111,7 @@ static void trust(int n, double share, const double *sd, double *P) {
   }
 }
 
-/* theta += K e, P <- P - K phi' P + Q, K = P phi / (sigma^2 + phi' P phi).  Returns 0, and leaves all as it was, if the
+/* theta += K e, P <- P - K phi' P + Q, K = P phi / (sigma^2 + phi' P phi).  Returns 0 and changes nothing if the
  * numbers are out of range. */
 static int learn(int n, double *theta, double *P, const double *phi, double e, double sigma, const double *sd, double q,
                  double *gain) {
@@ -124,14 +124,14 @@ static int learn(int n, double *theta, double *P, const double *phi, double e, d
     gain[i] += P[at++] * phi[i];
   }
   const double leverage = product(n, gain, phi), least = 1e-10 * leverage, noise = sigma * sigma;
-  const double alpha = leverage + (noise > least ? noise : least); /* P stays positive in floating point */
+  const double alpha = leverage + (noise > least ? noise : least); /* keeps P positive in floating point */
   if (!hyst_isfinite(alpha + e / alpha)) return 0;
   for (int i = 0, at = 0; i < n; i++) {
     theta[i] += gain[i] * (e / alpha);
     for (int j = 0; j <= i; j++, at++) P[at] -= gain[i] * (gain[j] / alpha);
     P[at - 1] += q * sd[i] * sd[i];
   }
-  for (int i = 0, row = 0; i < n; row += ++i) { /* row and column i times f: the correlations stay */
+  for (int i = 0, row = 0; i < n; row += ++i) { /* multiplies row and column i by f, so that the correlations stay */
     const double most = sd[i] * sd[i], now = P[row + i];
     if (!(now > most)) continue;
     const double f = hyst_sqrt(most / now);
@@ -148,9 +148,9 @@ HYST_PREPARE_FN(prepare) {
     if (r[i] < r[i - 1]) return "the thresholds r must not decrease";
   if (*w0_min > *w0) return "w0_min must not be greater than w0";
   const char *const bad = hyst_wrong_limits(*u_min, *u_max);
-  if (bad || dt == 0) return bad; /* initialisation uses no matrix */
+  if (bad || dt == 0) return bad; /* the initialisation uses no matrix */
   *slow = 1 - hyst_exp(-HYST_2PI * *f_h * dt);
-  for (int i = 0; i < 9; i++) F[i] = i == 2; /* no dynamics: the position is the input */
+  for (int i = 0; i < 9; i++) F[i] = i == 2; /* without dynamics, the position is the input */
   return *f_n == 0 || hyst_second_order(HYST_2PI * *f_n * dt, *zeta, work, F) ? NULL
                                                                               : "the step is too long for f_n and zeta";
 }
@@ -167,7 +167,7 @@ HYST_INIT_FN(init) {
   for (int i = 0; i <= delay; i++) commands[i] = *u0;
   *predicted = *v_last = product(n + 1, weights, phi);
   *y_low = *y_d_last = *learned = *wrong = *count = 0;
-  *since = *pause; /* the first change may come at once */
+  *since = *pause; /* a sudden change is possible from the start */
 }
 HYST_OUTPUT_FN(output) {
   HYST_OPEN_OUTPUT
@@ -181,7 +181,7 @@ HYST_OUTPUT_FN(output) {
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE
   if (dt > 0) {
-    const double then = commands[delay]; /* what the plant was given over the step */
+    const double then = commands[delay]; /* command of the plant over the step */
     for (int i = 0; i <= n; i++) {
       if (i > 0) z_then[i - 1] = hyst_play(z_then[i - 1], then, r[i - 1]);
       const double in = i == 0 ? then : z_then[i - 1], position = phi[i];
@@ -211,7 +211,7 @@ HYST_UPDATE_FN(update) {
   } else if (*f_h > 0) {
     *y_low = *y;
   }
-  if (*v != *v_last || *learned == 1) { /* else no rounding may move the command */
+  if (*v != *v_last || *learned == 1) { /* otherwise rounding must not change the command */
     double slope;
     commands[0] = hyst_clamp(invert(n, r, weights, z, commands[0], *v, 0, &slope), *u_min, *u_max);
     for (int i = 0; i < n; i++) z[i] = hyst_play(z[i], commands[0], r[i]);

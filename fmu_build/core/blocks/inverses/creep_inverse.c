@@ -1,7 +1,7 @@
-/* Exact inverse of creep with the same parameters: the lags run on the output, which is what the lags of the creep get.
- * With s_i = 1 - e^(-dt/T_i), a step of the creep gives u = (w0 + sum w_i s_i) y + sum w_i (1 - s_i) q_i, which is
- * linear in y.  It is sampled because it inverts these steps, not the differential equation: an input held over a step
- * is not what a held output needs.  Krejci & Kuhnen 2001. */
+/* Exact inverse of creep with the same parameters: the input of the lags is the output y, because y is the input of the
+ * creep. With s_i = 1 - e^(-dt/T_i), a step of the creep gives u = (w0 + sum w_i s_i) y + sum w_i (1 - s_i) q_i, which
+ * is linear in y. It is sampled because it inverts these steps, not the differential equation: the inverse of the
+ * differential equation would need an input that changes within a step. Krejci & Kuhnen 2001. */
 #include "core/elementary/elementary.h"
 #include "core/hyst.h"
 

@@ -22,7 +22,7 @@ static double branch(const void *none, double v) {
     const double g = -m * d - v, dg = e * d - m, ddg = e * (2 - d);
     const double step = g * dg / (dg * dg - 0.5 * g * ddg);
     d -= step;
-    if (hyst_fabs(step) < 1e-6 * d) break; /* the error is now of the order of its cube */
+    if (hyst_fabs(step) < 1e-6 * d) break; /* the next error is of the order of the cube of this step */
   }
   return d;
 }
@@ -31,7 +31,7 @@ HYST_RETURN_POINT(extrema, *h, x, hyst_turn_dominant(extrema, depth, *h, 0, *x0,
 static double branch_slope(const void *none, double v, int grows) {
   (void)grows;
   const double d = branch(none, v), m = hyst_expm1(-d);
-  return 1 / (d * (1 + m) - m); /* infinite at the start of a branch */
+  return 1 / (d * (1 + m) - m); /* the slope is infinite at the start of a branch */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT

@@ -25,7 +25,7 @@ static inline void relu(hyst_lanes *a, int n) {
   for (int i = 0; i < n; i++) a[i] = hyst_lanes_choose((hyst_lanes_bits)(a[i] > zero), a[i], zero);
 }
 
-/* b + W u for m times HYST_LANES neurons, side by side: one sum alone would wait for each of its additions */
+/* computes b + W u for m HYST_LANES neurons in parallel, because a single sum waits for each addition */
 static inline void weighted(hyst_lanes *a, const double *b, const double *W, const double *u, int n, int m) {
   hyst_lanes sum[SIDE_BY_SIDE];
   for (int i = 0; i < m; i++) sum[i] = hyst_lanes_of(b[HYST_LANES * i], b[HYST_LANES * i + HYST_LANES - 1]);
@@ -53,7 +53,7 @@ HYST_OUTPUT_FN(output) {
       case 2: weighted(a + i, b_rest, w_rest, u, n_in, 2); break;
       case 1: weighted(a + i, b_rest, w_rest, u, n_in, 1);
     }
-    if (n % HYST_LANES) { /* a lane without a neuron */
+    if (n % HYST_LANES) { /* an unused lane */
       double sum = b[n - 1];
       for (int k = 0; k < n_in; k++) sum += w[(ptrdiff_t)(n - 1) * n_in + k] * u[k];
       a[n_a - 1] = hyst_lanes_all(sum);

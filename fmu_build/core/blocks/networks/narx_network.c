@@ -22,7 +22,7 @@
 
 typedef struct {
   const double *past_u, *past_y;
-  double u; /* in place of the first element of past_u */
+  double u; /* replaces the first element of past_u */
   int n_u, n_y;
 } lags;
 

@@ -36,7 +36,7 @@ typedef struct {
   double u, f;     /* for n_k = 0, in place of the first elements of z for u and f */
   const double *z; /* lags of u, f and y */
   int n_u, n_f, p, q, n_k;
-  const double *next[MOST_DEGREE + 1]; /* by degree: the next weight */
+  const double *next[MOST_DEGREE + 1]; /* next weight of each degree */
 } network;
 
 static double variable(const network *n, int i) {
@@ -44,7 +44,7 @@ static double variable(const network *n, int i) {
   return i == 0 ? n->u : i == n->n_u && n->n_f > 0 ? n->f : n->z[i];
 }
 
-/* four sums in parallel, because one would wait for each of its products */
+/* four sums in parallel, because a single sum waits for each product */
 static inline double product(const double *a, const double *b, int n) {
   double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
   int i = 0;
@@ -65,7 +65,7 @@ static inline double product(const double *a, const double *b, int n) {
 
 /* weights of the highest degree times z_first, .., z_(p-1) */
 static inline double innermost(network *n, int first) {
-  const double *weight = n->next[n->q] - first; /* of z_0, if there were one */
+  const double *weight = n->next[n->q] - first; /* weights that z_0 would have */
   n->next[n->q] += n->p - first;
   if (n->n_k > 0) return product(weight + first, n->z + first, n->p - first);
   double sum = 0;
@@ -107,7 +107,7 @@ static double evaluate(network n, const double *theta) {
 }
 
 static void shift(double *past, int n, double now) {
-  for (int i = 0; i < n; i++) { /* upwards, because a compiler calls memmove for a loop downwards */
+  for (int i = 0; i < n; i++) { /* the loop counts upwards, because compilers replace a loop downwards by memmove */
     const double before = past[i];
     past[i] = now;
     now = before;

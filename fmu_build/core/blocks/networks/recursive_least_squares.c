@@ -100,7 +100,7 @@ HYST_UPDATE_FN(update) {
   double alpha = *mu;
   if (*form != (double)PLAIN) {
     const double s = *share * ((*form == (double)PRINTED ? *variance : size * size) - 1);
-    if (hyst_fabs(e) <= *r || s == 0 || hPh == 0) { /* lambda = 0, or nothing to learn from */
+    if (hyst_fabs(e) <= *r || s == 0 || hPh == 0) { /* lambda = 0, or the regressors are 0 */
       if (*form == (double)PRINTED)
         for (int i = 0; i < n; i++) D[i] /= *mu;
       return;

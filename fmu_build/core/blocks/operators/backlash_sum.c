@@ -36,8 +36,8 @@ HYST_TANGENT_FN(tangent) {
   for (int i = 0; i < n; i++) sum += w[i] * hyst_play_tangent(z[i], *u, r[i], *s_u);
   *t_y = sum;
 }
-/* A play that moves follows u and r, one at rest keeps what it followed last.  So a column of one element changes y
- * only while the play moves, and the rows of its states are not needed. */
+/* While a play moves, its output depends on u and r; at rest, it is constant. So a column of one element changes y only
+ * while the play moves, and the rows of its states are not needed. */
 HYST_SENSITIVITY_FN(sensitivity) {
   HYST_OPEN_SENSITIVITY
   const int64_t dense = columns_->dense;
@@ -51,7 +51,7 @@ HYST_SENSITIVITY_FN(sensitivity) {
   }
   for (; s_z0 < end_z0; s_z0++) {
     const int64_t i = s_z0->element, c = s_z0->column;
-    if (c >= dense && (dt == 0 || t_y[c] != 0)) /* until the play moves */
+    if (c >= dense && (dt == 0 || t_y[c] != 0)) /* valid until the play moves */
       t_y[c] = hyst_play_side(z[i], *u, r[i]) != 0 ? 0 : w[i] * s_z0->size;
   }
   HYST_ADVANCE(update);

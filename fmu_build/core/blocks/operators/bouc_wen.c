@@ -2,10 +2,10 @@
  * It is rate-independent, so it is integrated in u: with s = sgn(u'), v = s z and xi = s u,
  *   dv/dxi = A - c(v) |v|^n,   c = gamma + beta for v > 0,   gamma - beta for v < 0,
  * an autonomous equation: one curve v(xi) through v = 0, scaled from dx/dt = 1 - x^n or 1 + x^n (saturation.h), on
- * which every path between two reversals is a part.  A reversal finds its place on the curve; until the next one a step
- * is one value of the curve at that place plus the path.  So the result does not depend on the division of the path of
- * u. A > 0, beta >= 0, beta + gamma > 0 keep z within z_max = (A / (beta + gamma))^(1/n). Wen, J. Eng. Mech. Div. 102
- * (1976) 249-263; bounds: Ikhouane & Rodellar, Systems with Hysteresis, 2007, ch. 2. */
+ * which every path between two reversals is a part. Each reversal corresponds to a point of the curve. Until the next
+ * reversal, a step evaluates the curve at this point plus the path of u, so the result does not depend on the lengths
+ * of the steps. A > 0, beta >= 0, beta + gamma > 0 keep z within z_max = (A / (beta + gamma))^(1/n). Wen, J. Eng. Mech.
+ * Div. 102 (1976) 249-263; bounds: Ikhouane & Rodellar, Systems with Hysteresis, 2007, ch. 2. */
 #include "core/elementary/limit.h"
 #include "core/hyst.h"
 #include "core/memory/saturation.h"
@@ -31,7 +31,7 @@
   V(turn, STATE, 3, "real", "1", 0.0, -HYST_INF, HYST_INF, "last reversal: new direction s, input u, path from v = 0") \
   V(law, STATE, 4, "real", "1", 0.0, -HYST_INF, HYST_INF, "A, beta, gamma, n at the last reversal")
 
-/* one side of the curve: x and t in units of z and u */
+/* one side of the curve; units of x and t are those of z and u */
 typedef struct {
   double z, u;
   hyst_saturation unit;
@@ -39,7 +39,7 @@ typedef struct {
 enum { HYST_ARM = 2 + HYST_SATURATION };
 
 static void build(arm *a, double A, double c, double least, double n, const arm *other) {
-  const double bend = hyst_fabs(c) > least ? hyst_fabs(c) : least; /* a smaller one makes no difference */
+  const double bend = hyst_fabs(c) > least ? hyst_fabs(c) : least; /* a smaller value has no effect */
   a->z = hyst_pow(A / bend, 1 / n);
   a->u = a->z / A;
   if (c >= 0 && other) a->unit = other->unit;
@@ -62,10 +62,10 @@ static double path(const curve *c, double v) {
 }
 
 typedef struct {
-  double s, u, xi; /* xi: path from v = 0 to the reversal, or minus the path that is left to it */
+  double s, u, xi; /* xi: path from v = 0 to the reversal; negative: remaining path to v = 0 */
 } reversal;
 
-/* the reversal that the path to u starts from; p: A, beta, gamma, n */
+/* returns the reversal at the start of the path to u; p: A, beta, gamma, n */
 static reversal start(const curve *c, const double *p, const double *turn, const double *law, double u_last,
                       double z_last, double u) {
   const double s = u > u_last ? 1 : -1;
@@ -122,7 +122,7 @@ HYST_TANGENT_FN(tangent) {
   *t_z = (*A - (v > 0 ? *gamma + *beta : *gamma - *beta) * hyst_pow(hyst_fabs(v), *n)) * *s_u;
   *t_y = *k * (*alpha * *s_u + (1 - *alpha) * *t_z);
 }
-/* dv/dxi, and the derivatives of v by A and by c at the same xi; n is left to differences */
+/* dv/dxi, and the derivatives of v by A and by c at the same xi; the derivative by n is left to differences */
 typedef struct {
   double rate, A, c;
 } by_law;

@@ -40,7 +40,7 @@ HYST_UPDATE_FN(update) {
 }
 HYST_FEEDTHROUGH_FN(feedthrough) {
   HYST_OPEN_FEEDTHROUGH
-  return *w0 != 0; /* otherwise y depends on the states only */
+  return *w0 != 0; /* otherwise y depends only on the states */
 }
 HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT

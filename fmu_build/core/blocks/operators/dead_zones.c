@@ -12,7 +12,7 @@
 
 static double dead_zone(double u, double r) {
   const double d = u - r;
-  return (r > 0 && d < 0) || (r < 0 && d > 0) ? 0 : d; /* r = 0: the input itself */
+  return (r > 0 && d < 0) || (r < 0 && d > 0) ? 0 : d; /* r = 0: S is the input */
 }
 
 HYST_OUTPUT_FN(output) {
@@ -25,7 +25,7 @@ HYST_TANGENT_FN(tangent) {
   HYST_OPEN_TANGENT
   double sum = *w0 * *s_u;
   for (int i = 0; i < n; i++) {
-    const double beyond = *u == r[i] ? *s_u : *u - r[i]; /* at a kink the seed decides */
+    const double beyond = *u == r[i] ? *s_u : *u - r[i]; /* at a kink, the seed selects the side */
     if (r[i] == 0 || beyond * r[i] > 0) sum += w[i] * *s_u;
   }
   *t_y = sum;

@@ -51,7 +51,7 @@ static law law_of(const double *a, const double *b, const double *c, int m, int 
 /* the B-splines at u that are not 0, and their derivatives: numbers first to first + last */
 typedef struct {
   int first, last;
-  double value[3], slope[3];
+  double value[3], rate[3];
 } splines;
 
 static splines splines_at(int m, double u) {
@@ -96,7 +96,7 @@ static double way_to_zero(const law *l, double u, double w) {
 
 static double step(const law *l, double u, double w, double h) {
   const double next = runge_kutta(l, u, w, h);
-  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* overflow before the bound */
+  if (next != next) return hyst_copysign(HYST_INF, h * slope(l, u, w)); /* the step overflowed before the bound */
   if (!(w * next < 0)) return next;
   const double way = way_to_zero(l, u, w);
   return way * h > 0 && hyst_fabs(way) < hyst_fabs(h) ? runge_kutta(l, u + way, 0, h - way) : next;
@@ -138,9 +138,8 @@ HYST_UPDATE_FN(update) {
 }
 
 /* ---- the derivative of the steps ----------------------------------------------------------------------------------
- * The slope of the law at the end would be that of the curve, which the steps follow with order 4.  Where a law is
- * steep and they are long for it, that is off by some tenths of a percent, and not the derivative of what output()
- * answers. */
+ * The slope of the law at the end is the derivative of the exact curve. For steep laws and long steps, it differs by
+ * some tenths of a percent from the derivative of output(). */
 typedef struct {
   double value, tangent;
 } dual;
@@ -159,7 +158,7 @@ static dual slope_dual(const law *l, dual u, dual w) {
   dual f = {0, 0};
   for (int k = 0; k <= s.last; k++) {
     const ptrdiff_t i = s.first + k;
-    const dual weight = {s.value[k], s.slope[k] * u.tangent};
+    const dual weight = {s.value[k], s.rate[k] * u.tangent};
     dual inner = {0, 0};
     for (int j = l->q - 1; j >= 0; j--)
       inner = plus(plus(times(inner, w), l->b[i * l->q + j], w), l->c[i * l->q + j], size);
@@ -187,7 +186,7 @@ static dual way_to_zero_dual(const law *l, dual u, dual w) {
 }
 static dual step_dual(const law *l, dual u, dual w, dual h) {
   const dual next = runge_kutta_dual(l, u, w, h), zero = {0, 0};
-  if (next.value != next.value) { /* to the bound */
+  if (next.value != next.value) { /* step to the bound */
     const dual beyond = {step(l, u.value, w.value, h.value), 0};
     return beyond;
   }

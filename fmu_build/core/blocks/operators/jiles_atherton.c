@@ -1,19 +1,19 @@
 /* Jiles-Atherton operator: magnetisation y of a ferromagnet in the field u, with the effective field h = u + alpha y,
  *   y = (1 - c) m + c f(h),   f(h) = Ms L(h / a),   L(x) = coth x - 1/x,
  *   dm/dh = (f(h) - m) / (k s) where the walls move, s (f(h) - m) > 0, otherwise 0,   s = sgn(u').
- * The condition is the correction without which the susceptibility is negative after a reversal.  Jiles & Atherton,
- * J. Magn. Magn. Mater. 61 (1986) 48-60; all of y in the effective field: Sadowski et al., IEEE Trans. Magn. 38 (2002)
- * 797-800.
+ * Without the condition s (f(h) - m) > 0, the susceptibility is negative after a reversal. Jiles & Atherton, J. Magn.
+ * Magn. Mater. 61 (1986) 48-60; all of y in the effective field: Sadowski et al., IEEE Trans. Magn. 38 (2002) 797-800.
  *
  * It is rate-independent.  While the walls are pinned, m is constant, and h is the root of h - alpha y(h) = u.  While
  * they move, the distance d = f - m obeys a linear equation in the path x of h, d' = s f' - d / k; over a step of x its
  * solution is an exponential and an integral of f' (three points of Gauss, order 6), and x is the root of
  * h - alpha y = u again.  So u = h - alpha y holds to rounding, the reversible part and the place where the walls begin
- * to move are exact, and only the integral has an error.  Steps are at most 1 / steps of a and of k in h; longer ones,
- * an eighth of |h| and of the way that is left, where f is flat and what they miss decays, so that a jump is cheap.
+ * to move are exact, and only the integral has an error. Steps in h are at most a / steps and k / steps. Where f is
+ * flat, they are at most an eighth of |h| and of the remaining path, because the errors decay there; this makes jumps
+ * fast.
  *
- * alpha Ms < 3 a makes f a function of u, and then |f - m| <= k Ms / (3 a) holds on every path that begins so: dy/dh is
- * within 0 and Ms / (3 a), so y increases with u. */
+ * If alpha Ms < 3 a, f is a function of u. If |f - m| <= k Ms / (3 a) at the start, it holds on every path; then dy/dh
+ * is between 0 and Ms / (3 a), so y increases with u. */
 #include "core/elementary/elementary.h"
 #include "core/elementary/root.h"
 #include "core/hyst.h"
@@ -72,7 +72,7 @@ static double wall_off(void *ctx, double h) {
   const pinned *p = (const pinned *)ctx;
   return curve(p->l, h) - p->m;
 }
-/* the effective field in which y and m belong to u */
+/* returns the effective field h with h - alpha y(h) = u */
 static double field_at(const law *l, double u, double m) {
   const double middle = u + l->alpha * (1 - l->c) * m, most = hyst_fabs(l->alpha) * l->c * l->Ms;
   const double lo = middle - most, hi = middle + most;
@@ -103,7 +103,7 @@ static double input_off(void *ctx, double x) {
   return w->s * (h - w->l->alpha * (curve(w->l, h) - (1 - w->l->c) * distance(w, x)) - w->u);
 }
 
-/* the irreversible part after a new input of one direction */
+/* returns the irreversible part after a new input in one direction */
 static double advance(const law *l, int steps, double u_last, double m, double u) {
   if (!(u < u_last || u > u_last)) return m;
   const double s = u > u_last ? 1 : -1;
@@ -123,7 +123,7 @@ static double advance(const law *l, int steps, double u_last, double m, double u
   for (;;) {
     off = input_off(&w, 0);
     const double size = hyst_fabs(w.h), rest = -off, sure = rest - 2 * hyst_fabs(l->alpha) * l->Ms;
-    double x = 0.125 * (size < sure ? size : sure); /* h goes at least as far as that */
+    double x = 0.125 * (size < sure ? size : sure); /* lower bound of h */
     if (!(x > base)) x = base;
     if (!(x < longest * rest)) x = longest * rest;
     if (!(x > 0) || w.h + s * x == w.h) break;

@@ -92,11 +92,11 @@ HYST_PREPARE_FN(prepare) {
   const double middle = (*origin - *lo) / (*hi - *lo) * (2 * n); /* p1 + p2 of the kernels in the middle, in steps */
   const int whole = middle >= 2 * n ? 2 * n : (int)middle;
   *kink = 0.5 * (middle - whole);
-  double end = all; /* from the right, where all kernels are 1 */
+  double end = all; /* from the right end, where all kernels are 1 */
   for (int i = n - 1; i >= 0; i--)
     for (int k = 2; k >= 0; k--) {
       const double from = k == 0 ? 0 : *kink + 0.5 * (k - 1), to = k == 2 ? 1 : *kink + 0.5 * k;
-      const int rises = 2 * i + k > whole; /* the piece is above u0 */
+      const int rises = 2 * i + k > whole; /* this piece is above u0 */
       const double slope = 2 * (rises ? weights(w, 0, i, within(whole - i + 1 - k, 0, n), i)
                                       : weights(w, 1, i, i, within(whole - i - k, -1, n - 1)));
       double *piece = virgin + 6 * i + 2 * k;

@@ -9,7 +9,7 @@
   V(w, OUTPUT, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "noise")           \
   V(counter, STATE, 1, "real", "1", 0.0, -HYST_INF, HYST_INF, "index of the step")
 
-static const double MOST = 4503599627370496.0; /* all later steps have the same number */
+static const double MOST = 4503599627370496.0; /* all later steps have this index */
 
 /* a saved state is untrusted */
 static uint64_t number(double counter) { return counter >= 0 && counter <= MOST ? (uint64_t)counter : 0; }

@@ -1,19 +1,19 @@
 within HystFMU.Actuators.BaseClasses;
-model Elastic "Elastic body with a stroke of its own, damped and preloaded"
+model Elastic "Elastic body with a free stroke, damping and preload"
   extends Icons.Component;
-  parameter Types.Stiffness k(min = 0) = 4e7 "Stiffness of an element whose stroke does not change, greater than 0" annotation (Dialog(group = "Parameters"));
+  parameter Types.Stiffness k(min = 0) = 4e7 "Stiffness of an element at constant stroke, greater than 0" annotation (Dialog(group = "Parameters"));
   parameter Types.Damping c(min = 0) = 20 "Damping between the flanges, greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Types.Stiffness k_pre(min = 0) = 0 "Stiffness of the spring that preloads it" annotation (Dialog(group = "Parameters"));
-  parameter Types.Position stroke_start = 0 "Free stroke of an element at the start" annotation (Dialog(group = "Start"));
-  parameter Integer n_series(min = 1) = 1 "Elements one on the other" annotation (Dialog(group = "Parameters"));
-  parameter Integer n_parallel(min = 1) = 1 "Elements side by side" annotation (Dialog(group = "Parameters"));
-  Interfaces.Flange flange_a "End that is mostly fixed" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.Flange flange_b "End that moves" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
+  parameter Types.Stiffness k_pre(min = 0) = 0 "Stiffness of the preload spring" annotation (Dialog(group = "Parameters"));
+  parameter Types.Position stroke_start = 0 "Initial free stroke of an element" annotation (Dialog(group = "Start"));
+  parameter Integer n_series(min = 1) = 1 "Number of elements in series" annotation (Dialog(group = "Parameters"));
+  parameter Integer n_parallel(min = 1) = 1 "Number of elements in parallel" annotation (Dialog(group = "Parameters"));
+  Interfaces.Flange flange_a "Fixed end" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.Flange flange_b "Moving end" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
   Interfaces.RealInput stroke(unit = "m") "Free stroke of an element" annotation (Placement(transformation(extent = {{-10, 100}, {10, 120}})));
-  Interfaces.RealOutput rest(unit = "m") "Position of flange_b without load at the start" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
+  Interfaces.RealOutput rest(unit = "m") "Initial position of flange_b without load" annotation (Placement(transformation(extent = {{100, 50}, {120, 70}})));
   Types.Force F(nominal = 100) "Tension of an element";
-  Types.Position s_rel(nominal = 1e-5) "Distance of the flanges, over that without stroke and load";
-  Types.Velocity v_rel(nominal = 0.01) "Its rate";
+  Types.Position s_rel(nominal = 1e-5) "Distance of the flanges minus their distance without stroke and load";
+  Types.Velocity v_rel(nominal = 0.01) "Rate of s_rel";
   Types.Energy stored(nominal = 1e-3) "Elastic energy";
 equation
   s_rel = flange_b.s - flange_a.s;

@@ -2,10 +2,10 @@ within HystFMU.Actuators.BaseClasses;
 model Inertia "Mass at the end of an actuator"
   extends Icons.Component;
   parameter Types.Mass m(min = 0) = 0.02 "Mass, greater than 0" annotation (Dialog(group = "Parameters"));
-  parameter Types.Start start = Types.Start.rest "At the position without load, or in equilibrium with the load" annotation (Dialog(group = "Start"));
+  parameter Types.Start start = Types.Start.rest "Initial state: position without load, or in equilibrium" annotation (Dialog(group = "Start"));
   parameter Types.Velocity v_start = 0 "Velocity at the start" annotation (Dialog(group = "Start"));
-  Interfaces.Flange flange "Where it is moved" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
-  Interfaces.RealInput rest(unit = "m") "Position without load at the start" annotation (Placement(transformation(extent = {{-120, 50}, {-100, 70}})));
+  Interfaces.Flange flange "Flange of the mass" annotation (Placement(transformation(extent = {{-120, -10}, {-100, 10}})));
+  Interfaces.RealInput rest(unit = "m") "Initial position without load" annotation (Placement(transformation(extent = {{-120, 50}, {-100, 70}})));
   Types.Position s(nominal = 1e-5) "Position";
   Types.Velocity v(nominal = 0.01) "Velocity";
 initial equation

@@ -1,7 +1,7 @@
 within HystFMU.Actuators;
-package BaseClasses "What actuators and their hysteresis have in common"
+package BaseClasses "Base classes of actuators and their hysteresis"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>The one class that every hysteresis of an actuator extends, and the electromechanics that every actuator extends.</p>
+<p>Every hysteresis of an actuator extends BaseClasses.Hysteresis. Every actuator extends the electromechanical model BaseClasses.Piezo or BaseClasses.Magnetostrictive.</p>
 </html>"));
 end BaseClasses;

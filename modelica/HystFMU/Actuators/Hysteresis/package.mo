@@ -1,7 +1,7 @@
 within HystFMU.Actuators;
-package Hysteresis "Identified static models for the slot of an actuator"
+package Hysteresis "Identified hysteresis of actuators"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>From the voltage that the polarisation follows (V) to the free stroke (m), with the rate of the stroke and the power that the memory loses, so that an actuator differentiates nothing.</p>
+<p>The input is the voltage (V) that determines the polarisation, the output is the free stroke (m). Each class also computes the rate of the stroke and the power that the memory loses. Therefore an actuator does not differentiate signals.</p>
 </html>"));
 end Hysteresis;

@@ -12,11 +12,11 @@ partial block PrandtlIshlinskiiInverse "Exact inverse of the Prandtl-Ishlinskii 
   Interfaces.RealInput dy(unit = "1/s") if usesRate "Rate of y; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput u "Operator input for the output y" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = y.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Inverse.Sampled.PrandtlIshlinskiiInverse inverse constrainedby Inverse.BaseClasses.PrandtlIshlinskiiInverse;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Examples.Pid\">Examples.Pid</a>, <a href=\"modelica://HystFMU.Validation.Sampled.PrandtlIshlinskiiInverse\">Validation.Sampled.PrandtlIshlinskiiInverse</a>.</p>

@@ -1,26 +1,26 @@
 within HystFMU.Inverse.BaseClasses;
-partial package StaticModel "A static model as one function, which an implicit inverse tries and then steps"
+partial package StaticModel "Static model as one function, which an implicit inverse evaluates and then steps"
   extends Icons.Package;
 
-  replaceable partial function step "State of the model after a new input; the output is its first element"
+  replaceable partial function step "State of the model after a new input; its first element is the output"
     extends Icons.Function;
     input Real u "New input";
-    input Real state[:] "Output and memory before";
+    input Real state[:] "Last output and memory";
     input Real values[:] "Parameters of the model";
-    output Real state_new[size(state, 1)] "Output and memory after";
+    output Real state_new[size(state, 1)] "New output and memory";
     annotation (Documentation(info = "<html>
-<p><b>Equation:</b> that of the model; state_new[1] is its output at u.</p>
-<p><b>Source:</b> that of the model.</p>
-<p><b>Limitations:</b> a function of u and its past alone: no time, no dynamics.</p>
+<p><b>Equation:</b> equation of the model; state_new[1] is its output at u.</p>
+<p><b>Source:</b> as for the model.</p>
+<p><b>Limitations:</b> the model must depend only on u and its past, not on the time, and have no dynamics.</p>
 </html>"));
   end step;
 
-  function deviation "How far the output is above the wanted one if the input were u"
+  function deviation "Output at the input u minus wanted output"
     extends Icons.Function;
-    input Real u "Input that is tried";
+    input Real u "Trial input";
     input Real wanted "Wanted output";
-    input Real state[:] "Output and memory of the model before";
-    input Real values[:] "Its parameters";
+    input Real state[:] "Last output and memory of the model";
+    input Real values[:] "Parameters of the model";
     output Real f "Output minus wanted output";
   protected
     Real after[size(state, 1)] = step(u, state, values);
@@ -29,36 +29,36 @@ partial package StaticModel "A static model as one function, which an implicit i
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> f(u) = h(u) - y.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Limitations:</b> those of the model.</p>
+<p><b>Limitations:</b> as for the model.</p>
 </html>"));
   end deviation;
 
-  function between "Root of the deviation between two inputs that enclose it"
+  function between "Root of the deviation between two inputs with deviations of opposite sign"
     extends Icons.Function;
-    input Real a_first "One of them";
-    input Real b_first "The other one";
+    input Real a_first "First end of the bracket";
+    input Real b_first "Second end of the bracket";
     input Real fa_first "Deviation at a_first";
-    input Real fb_first "Deviation at b_first, of the other sign";
+    input Real fb_first "Deviation at b_first, with the opposite sign";
     input Real fine "Absolute part of the tolerance";
     input Real wanted "Wanted output";
-    input Real state[:] "Output and memory of the model before";
-    input Real values[:] "Its parameters";
+    input Real state[:] "Last output and memory of the model";
+    input Real values[:] "Parameters of the model";
     output Real u "Input at which the model has the wanted output";
   protected
-    constant Integer most = 120 "Twice the halvings from any range to its last place";
+    constant Integer most = 120 "Largest number of steps: twice the number of halvings from any range to the last bit";
     Real a = a_first "Newest point";
-    Real b = b_first "The other end of the bracket";
+    Real b = b_first "Other end of the bracket";
     Real c "Point that left the bracket";
     Real fa = fa_first "Deviation at a";
-    Real fb = fb_first "At b";
-    Real fc "At c";
-    Real x "Point that is tried";
-    Real fx "Deviation there";
-    Real t = fa_first/(fa_first - fb_first) "Its place between a and b";
-    Real least "Of the bracket, that a step may go";
-    Real xi "Place of a between c and b";
-    Real phi "The same of the deviations";
-    Boolean found = false "The bracket is small enough";
+    Real fb = fb_first "Deviation at b";
+    Real fc "Deviation at c";
+    Real x "Trial point";
+    Real fx "Deviation at x";
+    Real t = fa_first/(fa_first - fb_first) "Relative position of x between a and b";
+    Real least "Smallest step, relative to the bracket";
+    Real xi "Relative position of a between c and b";
+    Real phi "Relative position of fa between fc and fb";
+    Boolean found = false "True if the bracket is small enough";
   algorithm
     u := a;
     for i in 1:most loop
@@ -93,31 +93,32 @@ partial package StaticModel "A static model as one function, which an implicit i
       end if;
     end for;
     annotation (Documentation(info = "<html>
-<p><b>Equation:</b> inverse quadratic interpolation where it is safe, else bisection.</p>
+<p><b>Equation:</b> inverse quadratic interpolation if it is safe, otherwise bisection.</p>
 <p><b>Source:</b> Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.</p>
-<p><b>Limitations:</b> a loop of fixed length instead of while, because rumoca 0.10.2 has no while whose end depends on data.</p>
+<p><b>Limitations:</b> the loop has a fixed length, because rumoca 0.10.2 supports no while loop whose end depends on
+data.</p>
 </html>"));
   end between;
 
-  function root "Input in [lo, hi] at which the model has the wanted output, the nearest one if there are several"
+  function root "Input in [lo, hi] at which the model has the wanted output, the nearest input if there are several"
     extends Icons.Function;
     input Real wanted "Wanted output";
     input Real lo "Lower limit of the input";
     input Real hi "Upper limit of the input";
-    input Real last "Input before";
-    input Real state[:] "Output and memory of the model before";
-    input Real values[:] "Its parameters";
+    input Real last "Last input";
+    input Real state[:] "Last output and memory of the model";
+    input Real values[:] "Parameters of the model";
     output Real u "Input";
   protected
     Real centre = min(max(last, lo), hi);
     Real f_centre = deviation(centre, wanted, state, values);
-    Real rise = if f_centre < 0 then 1 else -1 "The side of an increasing output";
+    Real rise = if f_centre < 0 then 1 else -1 "Direction in which an increasing output approaches the wanted output";
     Real near[2] = {centre, centre} "Ends of the searched range";
-    Real f_near[2] = {f_centre, f_centre} "Deviations there";
+    Real f_near[2] = {f_centre, f_centre} "Deviations at the ends of the searched range";
     Real radius = (hi - lo)/1024;
-    Real best = centre "Searched point whose output comes closest";
+    Real best = centre "Searched point with the smallest deviation";
     Real f_best = abs(f_centre);
-    Real next "End of the range of the next ring";
+    Real next "End of the next ring";
     Real f_next;
     Boolean found = abs(f_centre) <= 0;
   algorithm
@@ -148,21 +149,23 @@ partial package StaticModel "A static model as one function, which an implicit i
       radius := 2*radius;
     end for;
     if not found then
-      // both ends are bounds now; upwards if they are equal and the output is too low
+      // both ends are bounds now; for equal deviations, use the upper bound if the output is too low
       u := if f_best < min(abs(f_near[1]), abs(f_near[2])) then best elseif abs(f_near[2]) < abs(f_near[1]) then near[2] else near[1];
     end if;
     annotation (Documentation(info = "<html>
-<p><b>Equation:</b> rings around the last input, their radius doubling from 1/1024 of the range, are searched for a change of sign
-of h(u) - y, first on the side of an increasing output; the first one found holds the root. Where no sign changes, the bound
-is taken whose output comes closer, or a searched point that comes closer still.</p>
+<p><b>Equation:</b> the function searches rings around the last input for a change of sign of h(u) - y. The radius
+doubles from 1/1024 of the range; in each ring, the function first searches the side on which an increasing output
+approaches y. The first change of sign encloses the root. Without a change of sign, the result is the bound or searched
+point with the smallest deviation.</p>
 <p><b>Source:</b> the rule of the unit implicit_inverse.</p>
 <p><b>Limitations:</b> two roots within one ring can be missed.</p>
 </html>"));
   end root;
 
   annotation (Documentation(info = "<html>
-<p>A model of your own extends this package with <code>redeclare function extends step</code>; its root function is then ready. A sum
-or a chain of operators calls the functions step of their packages in Inverse.Models, each with its slice of state and values.</p>
+<p>Your own model extends this package with <code>redeclare function extends step</code>. The function root then works
+without further code. A sum or series of operators calls the functions step of their packages in Inverse.Models, each
+with its part of state and values.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>, <a href=\"modelica://HystFMU.Inverse.Models\">Inverse.Models</a>.</p>
 </html>"));
 end StaticModel;

@@ -8,11 +8,11 @@ partial block ZhaoTanInverseReconstructed "Inverse Zhao-Tan operator, reconstruc
   Interfaces.RealInput dh(unit = "1/s") if usesRate "Rate of h; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput x "Approximate operator input, for an inverse network" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) (1 + e<sup>-d</sup>) d, d = |h - h_p|; virgin branch by Masing.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 11 (lost; reconstructed).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ZhaoTanInverseReconstructed\">Validation.Sampled.ZhaoTanInverseReconstructed</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Inverse.Sampled.ZhaoTanInverseReconstructed inverse constrainedby Inverse.BaseClasses.ZhaoTanInverseReconstructed;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverseReconstructed\">Inverse.Sampled.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>.</p>

@@ -13,7 +13,7 @@ equation
   end when;
   x = Functions.constraintFactorInverse(h, Functions.branchOrigin(Functions.turn(h, 0, x_turn, extrema), 0, x0, 2), a0, a, d_max);
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> The branch must rise between 0 and d_max (the unit checks it).</p>
+<p><b>Limitations:</b> the branch must rise between 0 and d_max; only the unit checks this.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.ConstraintFactorInverse\">Inverse.BaseClasses.ConstraintFactorInverse</a>: equation, source, example.</p>
 </html>"));
 end ConstraintFactorInverse;

@@ -2,6 +2,6 @@ within HystFMU.Inverse;
 package Events "Inverses with one event for each reversal"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>The memory changes only where the wanted output turns; the operators increase, so their input turns there, too, and the sign of the rate serves for both.</p>
+<p>The memory changes only at reversals of the wanted output. Input and output of the operators turn at the same times, so one sign of the rate is sufficient.</p>
 </html>"));
 end Events;

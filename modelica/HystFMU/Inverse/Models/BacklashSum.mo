@@ -11,7 +11,7 @@ package BacklashSum "Weighted sum of plays as a static model"
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = w0 u + sum_i w_i z_i.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> w0 &gt; 0 for an inverse to exist.</p>
+<p><b>Limitations:</b> an inverse exists only if w0 &gt; 0.</p>
 </html>"));
   end step;
 

@@ -4,7 +4,7 @@ package ConstraintFactor "Constraint-factor operator as a static model"
 
   redeclare function extends step "Constraint-factor operator after a new input"
   protected
-    Boolean last = values[3] > 1.5 "Only the last extremum is remembered";
+    Boolean last = values[3] > 1.5 "True if only the last extremum is stored";
     Real memory[size(state, 1) - 1] = Functions.turn(u, values[4], state[1], state[2:size(state, 1)], last) "Extrema";
     Real h = Functions.constraintFactor(u, Functions.branchOrigin(memory, values[4], 0, if last then 1 else 2), values[1], values[5:size(values, 1)], values[2]) "Output";
   algorithm

@@ -11,7 +11,7 @@ package KrasnoselskiiPokrovskii "Krasnosel'skii-Pokrovskii operator as a static 
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = offset + sum_i w_i k_i.</p>
 <p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989.</p>
-<p><b>Limitations:</b> kernels alone stand still after a reversal: where they all do, the last input is kept.</p>
+<p><b>Limitations:</b> after a reversal, the kernels do not change at first; while no kernel changes, the inverse keeps the last input.</p>
 </html>"));
   end step;
 

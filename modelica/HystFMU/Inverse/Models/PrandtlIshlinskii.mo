@@ -13,7 +13,7 @@ package PrandtlIshlinskii "Prandtl-Ishlinskii operator as a static model"
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = w0 u + sum_i w_i p_{r_i}[u].</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> the loading curve must increase for an inverse to exist; Inverse.Sampled.PrandtlIshlinskiiInverse gives it in closed form.</p>
+<p><b>Limitations:</b> an inverse exists only if the loading curve increases; Inverse.Sampled.PrandtlIshlinskiiInverse has the closed form.</p>
 </html>"));
   end step;
 

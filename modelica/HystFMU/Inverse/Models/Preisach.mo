@@ -5,8 +5,8 @@ package Preisach "Preisach operator as a static model"
   redeclare function extends step "Preisach operator after a new input"
   protected
     // 3 + (2 n + 1) + n (n + 1)/2 values
-    Integer n = integer((sqrt(8*size(values, 1) - 7) - 5)/2 + 0.5) "Steps of the grid";
-    Real x = min(max(u, values[1]), values[2]) "Input within the grid";
+    Integer n = integer((sqrt(8*size(values, 1) - 7) - 5)/2 + 0.5) "Number of grid steps";
+    Real x = min(max(u, values[1]), values[2]) "Input, limited to the grid";
     Real memory[size(state, 1) - 1] = Functions.turn(x, values[3], state[1], state[2:size(state, 1)]) "Dominant extrema";
     Real y = Functions.preisach(x, memory, values[1], values[2], n, values[2*n + 5:size(values, 1)], values[4:2*n + 4]) "Output";
   algorithm
@@ -14,7 +14,7 @@ package Preisach "Preisach operator as a static model"
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising.</p>
 <p><b>Source:</b> Mayergoyz 1991, chapter 1; Everett 1955.</p>
-<p><b>Limitations:</b> E must increase on its diagonal for an inverse to exist.</p>
+<p><b>Limitations:</b> an inverse exists only if E increases on its diagonal.</p>
 </html>"));
   end step;
 

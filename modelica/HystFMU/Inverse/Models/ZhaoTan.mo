@@ -4,7 +4,7 @@ package ZhaoTan "Zhao-Tan operator as a static model"
 
   redeclare function extends step "Zhao-Tan operator after a new input"
   protected
-    Boolean last = values[2] > 1.5 "Only the last extremum is remembered";
+    Boolean last = values[2] > 1.5 "True if only the last extremum is stored";
     Real memory[size(state, 1) - 1] = Functions.turn(u, values[1], state[1], state[2:size(state, 1)], last) "Extrema";
   algorithm
     state_new := cat(1, {Functions.zhaoTan(u, Functions.branchOrigin(memory, values[1], 0, if last then 1 else 2))}, memory);

@@ -11,7 +11,7 @@ equation
     y = (u - w*q)/w0;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> w0 other than 0.</p>
+<p><b>Limitations:</b> w0 must not be 0.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.CreepInverse\">Inverse.BaseClasses.CreepInverse</a>: equation, source, example.</p>
 </html>"));
 end CreepInverse;

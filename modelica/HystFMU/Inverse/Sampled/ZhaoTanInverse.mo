@@ -10,7 +10,7 @@ equation
     x = Functions.zhaoTanInverse(h, Functions.branchOrigin(extrema, 0, x0, 2));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> The inverse of memory = dominant. A branch begins with an infinite slope: right after a reversal, rounding of 1e-16 in h is 1e-8 in x.</p>
+<p><b>Limitations:</b> only for memory = dominant. A branch begins with an infinite slope; after a reversal, a rounding error of 1e-16 in h causes an error of 1e-8 in x.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.ZhaoTanInverse\">Inverse.BaseClasses.ZhaoTanInverse</a>: equation, source, example.</p>
 </html>"));
 end ZhaoTanInverse;

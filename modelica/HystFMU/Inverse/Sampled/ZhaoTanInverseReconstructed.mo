@@ -10,7 +10,7 @@ equation
     x = Functions.zhaoTanInverseReconstructed(h, Functions.branchOrigin(extrema, 0, x0, 2));
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> An approximation that a network on (h, x) corrects; the exact inverse is ZhaoTanInverse.</p>
+<p><b>Limitations:</b> the block is an approximation, which a network with the inputs (h, x) corrects. The exact inverse is ZhaoTanInverse.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.BaseClasses.ZhaoTanInverseReconstructed\">Inverse.BaseClasses.ZhaoTanInverseReconstructed</a>: equation, source, example.</p>
 </html>"));
 end ZhaoTanInverseReconstructed;

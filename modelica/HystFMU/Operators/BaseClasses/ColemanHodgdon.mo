@@ -11,11 +11,11 @@ partial block ColemanHodgdon "Coleman-Hodgdon operator: parameters and ports"
   Interfaces.RealInput du(unit = "1/s") if usesRate "Rate of u; Sampled has no such input" annotation (Placement(transformation(extent = {{-120, -80}, {-100, -60}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
 protected
-  constant Boolean usesRate = false "Is there an input for the rate?";
+  constant Boolean usesRate = false "True if there is an input for the rate";
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y' = alpha |u'| (b u - y) + k u'.</p>
 <p><b>Source:</b> Coleman &amp; Hodgdon 1986, with f(u) = b u and g(u) = k.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ColemanHodgdon\">Validation.Sampled.ColemanHodgdon</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.ColemanHodgdon hysteresis constrainedby Operators.BaseClasses.ColemanHodgdon;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ColemanHodgdon\">Operators.Sampled.ColemanHodgdon</a>, <a href=\"modelica://HystFMU.Operators.Events.ColemanHodgdon\">Operators.Events.ColemanHodgdon</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ColemanHodgdon\">Operators.Smooth.ColemanHodgdon</a>.</p>

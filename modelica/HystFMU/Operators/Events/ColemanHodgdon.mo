@@ -4,7 +4,7 @@ block ColemanHodgdon "Coleman-Hodgdon operator, events at reversals"
   extends Interfaces.Reversals(eps = 1e-9/alpha);
 protected
   discrete Real u_turn(start = u0, fixed = true) "Input at the last reversal";
-  discrete Real w_turn(start = y0 - b*u0, fixed = true) "y - b u there";
+  discrete Real w_turn(start = y0 - b*u0, fixed = true) "y - b u at the last reversal";
 equation
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   when {initial(), change(rising)} then

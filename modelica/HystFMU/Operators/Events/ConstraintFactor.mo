@@ -3,11 +3,11 @@ block ConstraintFactor "Constraint-factor operator (Ma): odd polynomial branch, 
   extends BaseClasses.ConstraintFactor(final usesRate = true);
   extends Interfaces.Reversals(eps = 1e-9*min(1, d_max));
 protected
-  parameter Boolean last = memory == Types.Memory.last "Only the last extremum is remembered";
+  parameter Boolean last = memory == Types.Memory.last "True if only the last extremum is stored";
   parameter Real virgin = if memory == Types.Memory.dominant then 2 else 1 "Scale of the virgin branch";
   discrete Real extrema[3 + 2*depth](start = cat(1, {0, 0, x0}, zeros(2*depth)), each fixed = true) "Extrema of x";
   discrete Real h_turn(start = 0, fixed = true) "Output at the last reversal";
-  Real current[3 + 2*depth] "Extrema, those that x has passed wiped out";
+  Real current[3 + 2*depth] "Extrema without those that x has passed";
 equation
   connect(dx, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   when {initial(), change(rising)} then
@@ -17,7 +17,7 @@ equation
   current = Functions.turn(x, x0, h_turn, extrema, last);
   h = Functions.constraintFactor(x, Functions.branchOrigin(current, x0, 0, virgin), a0, a, d_max);
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the branch must not fall between 0 and d_max (the unit checks it); the time of a step grows with depth.</p>
+<p><b>Limitations:</b> the branch must not fall between 0 and d_max; only the unit checks this. The computing time of a step is proportional to depth.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.ConstraintFactor\">Operators.BaseClasses.ConstraintFactor</a>: equation, source, example.</p>
 </html>"));
 end ConstraintFactor;

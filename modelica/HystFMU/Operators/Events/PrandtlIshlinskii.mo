@@ -3,7 +3,7 @@ block PrandtlIshlinskii "Prandtl-Ishlinskii operator: linear term plus weighted 
   extends BaseClasses.PrandtlIshlinskii(final usesRate = true);
   extends Interfaces.Reversals(eps = 1e-9*max(r));
 protected
-  // the plays themselves: to search the list of extrema of Sampled at each step of a solver takes twice the time
+  // the states are the plays, because a search in the list of extrema takes twice the time
   discrete Real z_turn[n](start = fill(u0, n), each fixed = true) "Plays at the last reversal";
   Real p[n] "Plays";
 equation
@@ -17,7 +17,7 @@ equation
   end for;
   y = w0*u + w*p;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> all plays start from u0. It forgets nothing: the parameter depth has no effect here.</p>
+<p><b>Limitations:</b> all plays start from u0. The memory is complete: the parameter depth has no effect here.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PrandtlIshlinskii\">Operators.BaseClasses.PrandtlIshlinskii</a>: equation, source, example.</p>
 </html>"));
 end PrandtlIshlinskii;

@@ -4,7 +4,7 @@ block ColemanHodgdon "Coleman-Hodgdon operator, sampled"
   extends Interfaces.Sampled;
 protected
   discrete Real u_last(start = u0, fixed = true) "Input at the last sample";
-  discrete Real w_last(start = y0 - b*u0, fixed = true) "y - b u there";
+  discrete Real w_last(start = y0 - b*u0, fixed = true) "y - b u at the last sample";
 equation
   when sample(t0, Ts) then
     w_last = Functions.colemanHodgdon(u, pre(u_last), pre(w_last), alpha, k - b);

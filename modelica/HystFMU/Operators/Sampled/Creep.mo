@@ -10,7 +10,7 @@ equation
     y = w0*u + w*q;
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> linear: the creep of an actuator follows its hysteresis.</p>
+<p><b>Limitations:</b> linear; in an actuator, the creep follows the hysteresis.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Creep\">Operators.BaseClasses.Creep</a>: equation, source, example.</p>
 </html>"));
 end Creep;

@@ -4,7 +4,7 @@ block JilesAtherton "Jiles-Atherton operator, sampled"
   extends Interfaces.Sampled;
 protected
   discrete Real u_last(start = u0, fixed = true) "Field at the last sample";
-  discrete Real m_last(start = m0, fixed = true) "Irreversible part there";
+  discrete Real m_last(start = m0, fixed = true) "Irreversible part at the last sample";
 equation
   assert(alpha*Ms < 3*a, "alpha Ms must be less than 3 a, otherwise the anhysteretic curve jumps");
   when sample(t0, Ts) then
@@ -13,7 +13,7 @@ equation
     y = Functions.jilesAthertonOutput(u, m_last, Ms, a, c, alpha);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> at most 500 steps of the integration in a sample.</p>
+<p><b>Limitations:</b> at most 500 integration steps per sample.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.JilesAtherton\">Operators.BaseClasses.JilesAtherton</a>: equation, source, example.</p>
 </html>"));
 end JilesAtherton;

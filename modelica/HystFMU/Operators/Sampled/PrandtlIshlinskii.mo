@@ -11,7 +11,7 @@ equation
     y = Functions.prandtlIshlinskii(u, Functions.branchOrigin(memory, u0, (w0 + sum(w))*u0, 2), w0, r, w);
   end when;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> all plays start from u0; the time of a step grows with depth (16 is enough for most loops).</p>
+<p><b>Limitations:</b> all plays start from u0. The computing time of a step is proportional to depth; 16 is enough for most loops.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PrandtlIshlinskii\">Operators.BaseClasses.PrandtlIshlinskii</a>: equation, source, example.</p>
 </html>"));
 end PrandtlIshlinskii;

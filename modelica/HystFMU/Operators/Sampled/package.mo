@@ -2,6 +2,6 @@ within HystFMU.Operators;
 package Sampled "Operators that act at the instants k Ts"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
-<p>The semantics of a HystFMU unit stepped with Ts: no derivative of the input is needed, extrema between samples are not seen.</p>
+<p>The blocks behave like HystFMU units with the step Ts. They need no derivative of the input. Extrema between samples have no effect.</p>
 </html>"));
 end Sampled;

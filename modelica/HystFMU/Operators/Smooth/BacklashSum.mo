@@ -2,20 +2,20 @@ within HystFMU.Operators.Smooth;
 block BacklashSum "Weighted sum of backlash (play) operators, plain states, smooth"
   extends BaseClasses.BacklashSum(final usesRate = true);
   extends Interfaces.Rated;
-  parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play" annotation (Dialog(group = "Realisation"));
+  parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Width of the rounded corner of a play, greater than 0; the error of a play is at most width" annotation (Dialog(group = "Realisation"));
 protected
   Real z[n] "Plays";
 initial equation
   z = Functions.play(u, r, z0);
 equation
-  assert(width > 0 and (max(r) <= 0 or width < max(r)), "width must be greater than 0 and less than the largest threshold in r: wider, it rounds the loop away");
+  assert(width > 0 and (max(r) <= 0 or width < max(r)), "width must be greater than 0 and less than the largest threshold in r");
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   for i in 1:n loop
     der(z[i]) = Functions.playRate(u, rate, r[i], z[i], width);
   end for;
   y = w0*u + w*z;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> none. A play lags behind the exact one by at most width.</p>
+<p><b>Limitations:</b> none. A play differs from the exact play by at most width.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.BacklashSum\">Operators.BaseClasses.BacklashSum</a>: equation, source, example.</p>
 </html>"));
 end BacklashSum;

@@ -4,7 +4,7 @@ block Creep "Weighted sum of the input and its first-order lags, smooth"
   extends Interfaces.InChain;
   Real q[n] "Lagged inputs";
 protected
-  Real d[n] "Lagged inputs, counted from what was taken at the start";
+  Real d[n] "Lagged inputs minus their initial values";
 initial equation
   if start == Types.Start.steady and not inChain then
     q = fill(u, n);
@@ -19,7 +19,7 @@ equation
   end for;
   y = w0*u + w*q;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> linear: the creep of an actuator follows its hysteresis.</p>
+<p><b>Limitations:</b> linear; in an actuator, the creep follows the hysteresis.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.Creep\">Operators.BaseClasses.Creep</a>: equation, source, example.</p>
 </html>"));
 end Creep;

@@ -4,7 +4,7 @@ block JilesAtherton "Jiles-Atherton operator, smooth"
   extends Interfaces.Rated;
 protected
   Real h = (u + alpha*y)/a "Effective field in units of a";
-  Real beyond = Ms*Functions.langevin(h) - y "How far the anhysteretic curve is ahead";
+  Real beyond = Ms*Functions.langevin(h) - y "Anhysteretic curve minus magnetisation";
   Real slope = noEvent(c*Ms/a*Functions.langevinSlope(h) + max(if rate > 0 then beyond else -beyond, 0)/k) "dy/dh";
 initial equation
   y = Functions.jilesAthertonOutput(u, Functions.jilesAtherton(u, u0, m0, Ms, a, k, c, alpha, steps), Ms, a, c, alpha);
@@ -13,7 +13,7 @@ equation
   assert(alpha*Ms < 3*a, "alpha Ms must be less than 3 a, otherwise the anhysteretic curve jumps");
   der(y) = slope/(1 - alpha*slope)*rate;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> the parameter steps has no effect here but on the way from u0 to the first input.</p>
+<p><b>Limitations:</b> the parameter steps is used only from u0 to the first input.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.JilesAtherton\">Operators.BaseClasses.JilesAtherton</a>: equation, source, example.</p>
 </html>"));
 end JilesAtherton;

@@ -2,17 +2,17 @@ within HystFMU.Operators.Smooth;
 block PlayBank "Bank of play (backlash) operators, smooth"
   extends BaseClasses.PlayBank(final usesRate = true);
   extends Interfaces.Rated;
-  parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Input on which the corner of a play is rounded, greater than 0: the bound of the error of a play" annotation (Dialog(group = "Realisation"));
+  parameter Real width(min = 0) = 1e-3*max(max(r), 1e-300) "Width of the rounded corner of a play, greater than 0; the error of a play is at most width" annotation (Dialog(group = "Realisation"));
 initial equation
   z = Functions.play(u, r, z0);
 equation
-  assert(width > 0 and (max(r) <= 0 or width < max(r)), "width must be greater than 0 and less than the largest threshold in r: wider, it rounds the loop away");
+  assert(width > 0 and (max(r) <= 0 or width < max(r)), "width must be greater than 0 and less than the largest threshold in r");
   connect(du, rate) annotation (Line(points = {{-110, -70}, {-80, -70}}, color = {0, 0, 127}));
   for i in 1:n loop
     der(z[i]) = Functions.playRate(u, rate, r[i], z[i], width);
   end for;
   annotation (Documentation(info = "<html>
-<p><b>Limitations:</b> a deadband width as in Simulink is 2 r. A play lags behind the exact one by at most width.</p>
+<p><b>Limitations:</b> a deadband width as in Simulink is 2 r. A play differs from the exact play by at most width.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.BaseClasses.PlayBank\">Operators.BaseClasses.PlayBank</a>: equation, source, example.</p>
 </html>"));
 end PlayBank;

@@ -1,16 +1,16 @@
 within HystFMU.Validation.BaseClasses;
-block TestSignal "What every operator is tried on"
+block TestSignal "Test signal of all operators"
   extends Icons.Source;
   parameter Real amplitude = 1 "Factor of the signal" annotation (Dialog(group = "Parameters"));
-  parameter Real offset = 0 "Added to the signal" annotation (Dialog(group = "Parameters"));
+  parameter Real offset = 0 "Offset of the signal" annotation (Dialog(group = "Parameters"));
   Interfaces.RealOutput r "Signal" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));
-  Interfaces.RealOutput dr(unit = "1/s") "Its rate" annotation (Placement(transformation(extent = {{100, -80}, {120, -60}})));
+  Interfaces.RealOutput dr(unit = "1/s") "Rate of r" annotation (Placement(transformation(extent = {{100, -80}, {120, -60}})));
 protected
-  constant Real pi = 3.141592653589793 "Half a turn";
-  constant Types.Time late = 1e-14 "Begin of a ramp after its event";
+  constant Real pi = 3.141592653589793 "Number pi";
+  constant Types.Time late = 1e-14 "Delay between an event and the start of its ramp";
 equation
-  // a tool may place an event one rounding error late: a ramp that turns begins after it, where r stood in the hold;
-  // events where a ramp begins: a solver that looks at rates only would step over it
+  // an event may be one rounding error late: a ramp that turns begins after the event, with r at its hold value;
+  // events at the start of ramps: a solver that evaluates only rates would miss the ramp
   r = offset + amplitude*(
     if time < 0.2 then sin(20*pi*time)
     elseif time < 0.5 then 0.6*sin(20*pi*(time - 0.2)) + 0.35*sin(80*pi*(time - 0.2))
@@ -40,10 +40,10 @@ equation
     elseif time < 1.1 then 0
     else -8*pi*sin(pi*(time - 1.1)/0.075) + 2.4*pi*cos(240*pi*(time - 1.1)));
   annotation (Documentation(info = "<html>
-<p>In this order: a sine; minor loops by two tones; a decaying sine; ramp, hold, ramp on, hold, ramp back; a step down and one up; reversals with noise.</p>
-<p><b>Equation:</b> see the text; dr is the derivative of r.</p>
+<p>The signal consists of a sine; minor loops with two tones; a decaying sine; ramp, hold, second ramp, hold, ramp back; a step down and a step up; reversals with noise.</p>
+<p><b>Equation:</b> see above; dr is the derivative of r.</p>
 <p><b>Source:</b> chosen for this library.</p>
-<p><b>Limitations:</b> made for 0 to 1.4 s; a step takes 1 ms, because the rate of a jump is infinite.</p>
+<p><b>Limitations:</b> valid from 0 to 1.4 s; a step has a rise time of 1 ms, because the rate of a jump is infinite.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.PlayBank\">Validation.Sampled.PlayBank</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>.</p>
 </html>"));

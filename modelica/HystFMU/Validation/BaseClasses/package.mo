@@ -1,5 +1,5 @@
 within HystFMU.Validation;
-package BaseClasses "What the validation models have in common"
+package BaseClasses "Base classes of the validation models"
   extends Icons.Package;
   annotation (Documentation(info = "<html>
 <p>Test signals.</p>

@@ -200,7 +200,7 @@ def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int |
         if hits:
             labels = " and ".join(repr(table.columns[k].label) for k in hits[:3])
             raise InputError(
-                f"{table.where}The {role} must be one of the columns. Got {labels}, which both suit: name it with "
+                f"{table.where}The {role} must be one of the columns. Got {labels}, which both match: select one with "
                 f"--{role} {table.columns[hits[0]].label!r} or --{role} {hits[0] + 1}."
             )
     return None

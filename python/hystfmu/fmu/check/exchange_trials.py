@@ -5,8 +5,6 @@ because no result is compared with an exact solution. The method may be unstable
 bound. A simple scheduler activates the model partitions of input clocks.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 import struct
@@ -312,9 +310,7 @@ def scheduled_execution(fmu: ForeignFmu) -> Iterator[str]:
     with fmu.instance("ScheduledExecution") as made:
         made.begin()
         want = _Scheduler(fmu, made).run()
-        made.call("reset", "reset")
-        made.initialize(fmu.t0)
-        made.begin()
+        made.restart(fmu.t0)
         if want != _Scheduler(fmu, made).run():
             yield "after reset the activations of the partitions give other outputs"
     with fmu.instance("ScheduledExecution") as made:

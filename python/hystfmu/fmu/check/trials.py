@@ -5,15 +5,13 @@ memory leaks in every step, global variables shared by instances, and an incompl
 bit-identical.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes as C
 import gc
 import math
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,9 +26,7 @@ def reset(fmu: ForeignFmu) -> Iterator[str]:
     """Check that a run after reset equals the run of a new instance."""
     with fmu.running() as made:
         want = fmu.run(made, range(fmu.steps // 2))
-        made.call("reset", "reset")
-        made.initialize(fmu.t0)
-        made.begin()
+        made.restart(fmu.t0)
         if where := fmu.difference(want, fmu.run(made, range(fmu.steps // 2))):
             yield f"after reset the run differs from that of a new instance: {where}"
     if fmu.version > 1:
@@ -122,9 +118,7 @@ def leaks(fmu: ForeignFmu, most: int = 20_000) -> Iterator[str]:
     with fmu.running() as made:
         while done < most and time.monotonic() < end:
             if done and done % once == 0:  # if the FMU ends the simulation, it starts again
-                made.call("reset", "reset")
-                made.initialize(fmu.t0)
-                made.begin()
+                made.restart(fmu.t0)
             fmu.step(made, done % once)
             done += 1
             if done == warm:
@@ -235,25 +229,28 @@ def two_instances(fmu: ForeignFmu) -> Iterator[str]:
             yield f"a second instance changes the run of the first: {where}"
 
 
-def reading(fmu: ForeignFmu) -> Iterator[str]:
-    """Check that reading an output has no side effect."""
+def _without_effect(fmu: ForeignFmu, act: Callable[[Instance, Values], None], what: str) -> Iterator[str]:
+    """Check that a run does not change if the function `act` is called after each step; `what` describes its action."""
     with fmu.running() as made:
         want = fmu.run(made, range(fmu.steps))
+    with fmu.running() as made:
+        if where := fmu.difference(want, fmu.run(made, range(fmu.steps), act)):
+            yield f"{what} changes the run: {where}"
+
+
+def reading(fmu: ForeignFmu) -> Iterator[str]:
+    """Check that reading an output has no side effect."""
 
     def read_again(made: Instance, values: Values) -> None:
         for _ in range(2):
             if where := fmu.difference([values], [fmu.read(made)]):
                 raise Finding(f"reading the outputs changes them: {where.rsplit(' after', 1)[0]}")
 
-    with fmu.running() as made:
-        if where := fmu.difference(want, fmu.run(made, range(fmu.steps), read_again)):
-            yield f"reading the outputs between the steps changes the run: {where}"
+    return _without_effect(fmu, read_again, "reading the outputs between the steps")
 
 
 def setting(fmu: ForeignFmu) -> Iterator[str]:
     """Check that setting an input to another value and back has no effect."""
-    with fmu.running() as made:
-        want = fmu.run(made, range(fmu.steps))
 
     def set_others(made: Instance, values: Values) -> None:
         for v in fmu.inputs:
@@ -261,9 +258,7 @@ def setting(fmu: ForeignFmu) -> Iterator[str]:
             made.set(v, fmu.excitation(v, 5))
             made.set(v, kept)
 
-    with fmu.running() as made:
-        if where := fmu.difference(want, fmu.run(made, range(fmu.steps), set_others)):
-            yield f"setting an input to another value and back changes the run: {where}"
+    return _without_effect(fmu, set_others, "setting an input to another value and back")
 
 
 def _after(fmu: ForeignFmu, v: Any, value: Values, h: float) -> Values:

@@ -3,8 +3,6 @@
 Only child processes create instances, because the FMU executes foreign native code.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import importlib
 import math
@@ -153,6 +151,12 @@ class Instance:
         at = [self._t0] if self.interface == "CoSimulation" else []
         told = self.call("initializing", "initialize", *at)
         return told if self.interface == "ModelExchange" else None
+
+    def restart(self, t: float) -> None:
+        """Reset the instance and initialise it at time t (s)."""
+        self.call("reset", "reset")
+        self.initialize(t)
+        self.begin()
 
     def step(self, what: str, t: float, h: float) -> bool:
         """Make a communication step of length h (s) at t (s); return False if the FMU ends the simulation."""

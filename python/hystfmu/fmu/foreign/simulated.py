@@ -5,8 +5,6 @@ solver step is at most 1e-8 of a state plus 1e-11 of its nominal value. State ev
 solution, to the floating-point precision of the time.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -65,7 +63,7 @@ class Continuous:
                 break
             told = None
         else:
-            raise Finding(f"the event iteration does not end: {_MOST_UPDATES} updates each ask for another one")
+            raise Finding(f"the event iteration does not end: {_MOST_UPDATES} updates each request another one")
         self.next = at if defined else math.inf
         if not first and not self.ended:
             self.made.call("entering Continuous-Time Mode", "enterContinuousTimeMode")

@@ -13,7 +13,7 @@ from hystfmu.graph import Graph
 
 
 @dataclass(frozen=True)
-class _Unit:
+class UnitOfMeasure:
     """A unit of measure as exponents of the SI base units and a factor.
 
     The factor is `scale` times 10^`ten`, which represents decimal factors exactly.
@@ -24,13 +24,14 @@ class _Unit:
     scale: float = 1.0
     offset: float = 0.0
 
-    def times(self, other: _Unit, n: int) -> _Unit:
+    def times(self, other: UnitOfMeasure, n: int) -> UnitOfMeasure:
         """Return the product of this unit and the n-th power of another unit."""
         both = {k: self.exponents.get(k, 0) + n * other.exponents.get(k, 0) for k in self.exponents | other.exponents}
-        return _Unit(both, self.ten + n * other.ten, self.scale * other.scale**n)
+        return UnitOfMeasure(both, self.ten + n * other.ten, self.scale * other.scale**n)
 
     @property
     def factor(self) -> float:
+        """Factor of the conversion to SI base units."""
         return float(f"{self.scale!r}e{self.ten}")
 
     def attributes(self) -> dict[str, str]:
@@ -43,47 +44,48 @@ class _Unit:
 _PI = 3.141592653589793
 _VOLT = {"kg": 1, "m": 2, "s": -3, "A": -1}
 _SYMBOLS = {
-    "1": _Unit({}),
-    "%": _Unit({}, -2),
-    **{name: _Unit({name: 1}) for name in ("s", "m", "A", "K", "rad", "mol", "cd")},
-    "g": _Unit({"kg": 1}, -3),
-    "min": _Unit({"s": 1}, scale=60.0),
-    "h": _Unit({"s": 1}, scale=3600.0),
-    "Hz": _Unit({"s": -1}),
-    "N": _Unit({"kg": 1, "m": 1, "s": -2}),
-    "Pa": _Unit({"kg": 1, "m": -1, "s": -2}),
-    "bar": _Unit({"kg": 1, "m": -1, "s": -2}, 5),
-    "J": _Unit({"kg": 1, "m": 2, "s": -2}),
-    "W": _Unit({"kg": 1, "m": 2, "s": -3}),
-    "V": _Unit(_VOLT),
-    "C": _Unit({"A": 1, "s": 1}),
-    "F": _Unit({"kg": -1, "m": -2, "s": 4, "A": 2}),
-    "Ohm": _Unit({"kg": 1, "m": 2, "s": -3, "A": -2}),
-    "H": _Unit({"kg": 1, "m": 2, "s": -2, "A": -2}),
-    "T": _Unit({"kg": 1, "s": -2, "A": -1}),
-    "G": _Unit({"kg": 1, "s": -2, "A": -1}, -4),
-    "Oe": _Unit({"A": 1, "m": -1}, 3, 1 / (4 * _PI)),
-    "deg": _Unit({"rad": 1}, scale=_PI / 180),
-    "degC": _Unit({"K": 1}, offset=273.15),
+    "1": UnitOfMeasure({}),
+    "%": UnitOfMeasure({}, -2),
+    **{name: UnitOfMeasure({name: 1}) for name in ("s", "m", "A", "K", "rad", "mol", "cd")},
+    "g": UnitOfMeasure({"kg": 1}, -3),
+    "min": UnitOfMeasure({"s": 1}, scale=60.0),
+    "h": UnitOfMeasure({"s": 1}, scale=3600.0),
+    "Hz": UnitOfMeasure({"s": -1}),
+    "N": UnitOfMeasure({"kg": 1, "m": 1, "s": -2}),
+    "Pa": UnitOfMeasure({"kg": 1, "m": -1, "s": -2}),
+    "bar": UnitOfMeasure({"kg": 1, "m": -1, "s": -2}, 5),
+    "J": UnitOfMeasure({"kg": 1, "m": 2, "s": -2}),
+    "W": UnitOfMeasure({"kg": 1, "m": 2, "s": -3}),
+    "V": UnitOfMeasure(_VOLT),
+    "C": UnitOfMeasure({"A": 1, "s": 1}),
+    "F": UnitOfMeasure({"kg": -1, "m": -2, "s": 4, "A": 2}),
+    "Ohm": UnitOfMeasure({"kg": 1, "m": 2, "s": -3, "A": -2}),
+    "H": UnitOfMeasure({"kg": 1, "m": 2, "s": -2, "A": -2}),
+    "T": UnitOfMeasure({"kg": 1, "s": -2, "A": -1}),
+    "G": UnitOfMeasure({"kg": 1, "s": -2, "A": -1}, -4),
+    "Oe": UnitOfMeasure({"A": 1, "m": -1}, 3, 1 / (4 * _PI)),
+    "deg": UnitOfMeasure({"rad": 1}, scale=_PI / 180),
+    "degC": UnitOfMeasure({"K": 1}, offset=273.15),
 }
 _PREFIXES = {"p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
 _WHOLE = {"1", "%", "min", "h", "deg", "degC", "bar"}  # symbols that cannot have a prefix
 _FACTOR = re.compile(r"(1|%|[A-Za-z]+)(-?[1-9])?\Z")
 
 
-def _symbol(name: str) -> _Unit | None:
+def _symbol(name: str) -> UnitOfMeasure | None:
     if name in _SYMBOLS:
         return _SYMBOLS[name]
     stem = _SYMBOLS.get(name[1:])
     if stem is None or name[0] not in _PREFIXES or name[1:] in _WHOLE:
         return None
-    return _Unit(stem.exponents, stem.ten + _PREFIXES[name[0]], stem.scale)
+    return UnitOfMeasure(stem.exponents, stem.ten + _PREFIXES[name[0]], stem.scale)
 
 
-def _parsed(unit: str) -> _Unit | None:
+def parsed(unit: str) -> UnitOfMeasure | None:
+    """Return the exponents and the factor of a unit of measure; None if the unit is not known."""
     if unit in _SYMBOLS:
         return _SYMBOLS[unit]
-    made = _Unit({})
+    made = UnitOfMeasure({})
     for k, part in enumerate(unit.split("/")):
         for word in part.split("."):
             matched = _FACTOR.match(word)
@@ -109,7 +111,7 @@ def base_unit(unit: str) -> dict[str, str] | None:
     >>> base_unit("um/V")
     {'m': '-1', 'kg': '-1', 's': '3', 'A': '1', 'factor': '1e-06'}
     """
-    found = _parsed(unit)
+    found = parsed(unit)
     return None if found is None else found.attributes()
 
 

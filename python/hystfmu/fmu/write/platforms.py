@@ -1,7 +1,5 @@
 """Platforms of FMUs: the installed prebuilt binaries, and their folders in FMI 2.0 and 3.0."""
 
-from __future__ import annotations
-
 import functools
 import platform
 import sys
@@ -117,7 +115,7 @@ def binaries(fmi: Fmi, name: str, which: Literal["host", "all"]) -> dict[str, De
     if which == "all" and (absent := missing()):
         raise InputError(
             f"an FMU for all platforms cannot be written: no binary is installed for {', '.join(absent)}."
-            " 'make platforms' in the sources of HystFMU builds them; --platforms host packs that of this machine."
+            " 'make platforms' in the sources of HystFMU builds them; --platforms host uses that of this computer."
         )
     found = {}
     for p in PLATFORMS.values() if which == "all" else [host()]:

@@ -90,8 +90,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     off = min(float(np.linalg.norm(objective(s * widest, quarter, KNOTS[0]).residuals(first))) for s in (1.0, *SHARES))
     if off >= 1:  # from such a start, a search takes minutes and ends at stiff oscillators
         raise InputError(
-            f"{data.path or data.name}: The linear oscillator of the data, from rest, must come closer to them than no "
-            f"output at all. Got {off:.3g} times its RMS error: take another kind."
+            f"{data.path or data.name}: The RMS error of the linear oscillator from rest must be below that of the "
+            f"output 0. Got {off:.3g} times this error: choose another kind."
         )
     best = search(first, widest, quarter, 0.0)
     for i, share in enumerate(SHARES):

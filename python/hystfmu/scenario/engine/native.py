@@ -7,8 +7,6 @@ cases in parallel.
 The units of the master in C are graphs of the core, and foreign FMUs with their function pointers.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import functools
 from collections.abc import Iterator, Mapping, Sequence
@@ -54,7 +52,7 @@ class GraphUnit:
             for reference, j in zip(self.vr_in.tolist(), self.source.tolist(), strict=True):
                 self.executor.set(reference, values[j])
         except InputError as e:
-            raise Stopped(f"{self.name} refuses its inputs: {e}") from None
+            raise Stopped(f"{self.name} reports an error of its inputs: {e}") from None
         self.executor.start(0.0)
         first = self._system.parts[self._first].first
         values[first : first + len(self.vr_out)] = [self.executor.get(r) for r in self.vr_out.tolist()]

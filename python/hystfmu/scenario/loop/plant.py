@@ -5,8 +5,6 @@ The incremental gain represents all parts with memory, including dynamics that t
 The function `held` discretises the dynamics for a delayed command that is constant or a ramp in each step.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -313,7 +311,7 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
     try:
         v = Native(system, [column]).run()[column][:: system.case.ripple]
     except Stopped as e:
-        raise InputError(f"{system.case.title}: The case must run to its end to have a sector of slopes. {e}") from None
+        raise InputError(f"{system.case.title}: The case of a sector must run to its end. {e}") from None
     undone, lone = _undone(system, between), lone_dynamics(system, side, between)
     inverses = [_without(lone, _driven(system.parts[k], 0, 0)) for k in between]
     driven = [_driven(system.parts[n.to], n.input, _output(system, n, side)) for n in side.links]

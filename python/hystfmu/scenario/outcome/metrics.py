@@ -23,8 +23,6 @@ Two signals have the same unit of measure if they are connected, if a metric sub
 without scaling. If the unit of measure of one of these signals is stated, it applies to all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, Protocol
 
@@ -250,7 +248,7 @@ class Measure:
             return value
         stroke = m.stroke if m.stroke is not None else self._span.width
         if stroke == 0:
-            raise InputError(f"the stroke is zero: {m.against} does not move; give 'stroke'")
+            raise InputError(f"the stroke is zero: {m.against} is constant; state 'stroke'")
         return 100 * value / stroke
 
 

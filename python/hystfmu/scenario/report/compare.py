@@ -1,20 +1,18 @@
 """Compare the report.json of two runs on one page: metrics and margins, largest changes first, and signals."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pydantic
-from pydantic import Field
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_text
 from hystfmu.base.printable import escape
+from hystfmu.graph.tables import Number
 from hystfmu.report.page import Section, Table, figure, page, section, table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.metrics import label
@@ -23,7 +21,6 @@ from hystfmu.scenario.outcome.result import Change
 MOST_BYTES = 2**28
 MOST_CASES, MOST_FIRST = 12, 8  # largest number of cases with plotted signals, and of changes beside the first diagram
 TALL, LOW = 220, 150
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 Form = TypeVar("Form", bound=pydantic.BaseModel)
 
 
@@ -51,7 +48,7 @@ class _Case(pydantic.BaseModel):
     metrics: list[_Metric]
     margins: _Margins | None = None
     failures: list[str] = []
-    signals: dict[str, list[Finite]] = {}
+    signals: dict[str, list[Number]] = {}
     units: dict[str, str] = {}
 
     @pydantic.field_validator("signals")

@@ -14,8 +14,6 @@ transmit outputs repeatedly, also to components that are earlier in the order. T
 to one component, so that the order of these units does not change.
 """
 
-from __future__ import annotations
-
 import hashlib
 import struct
 import xml.etree.ElementTree as ET
@@ -52,13 +50,13 @@ def as_readers_run(case: Case) -> Case:
     no other simulator supports them.
     """
     if case.coupling.scheme == "iterative":
-        raise InputError(f"{case.where}: the coupling is iterative: no reader of SSP archives iterates")
+        raise InputError(f"{case.where}: the coupling must not be iterative, which SSP does not support")
     slow = [name for name, u in case.units.items() if u.every > 1]
     if slow:
-        raise InputError(f"{case.where}: {slow[0]} runs once in several steps: SSP has one step")
+        raise InputError(f"{case.where}: {slow[0]} must run in every step, because SSP has one step")
     own = [name for name, u in case.units.items() if u.substeps > 1 or u.hold != "zero"]
     if own:
-        raise InputError(f"{case.where}: {own[0]} has substeps or a hold of its own: SSP knows neither")
+        raise InputError(f"{case.where}: {own[0]} must have no substeps and no hold, which SSP does not support")
     coupling = case.coupling.model_copy(update={"scheme": "jacobi", "events": "grid"})
     return replace(case, ripple=1, coupling=coupling)
 
@@ -75,7 +73,7 @@ def run_as_readers(system: System) -> Trace:
             last, begins = begins, trace.values[0]
             if np.array_equal(last, begins):
                 return simulate(replace(system, begins=tuple(begins)), "native")
-        raise InputError(f"{system.case.where}: the initial values of its units do not agree: an algebraic loop")
+        raise InputError(f"{system.case.where}: the initial values do not agree because of an algebraic loop")
     except Stopped as e:
         raise InputError(
             f"{system.case.where}: with the coupling of SSP readers (Jacobi): {e}; one FMU (-o X.fmu) keeps the order"
@@ -221,18 +219,18 @@ def container_fmu(system: System, name: str) -> bytes:
 def _check(system: System) -> None:
     where = system.case.where
     if system.case.coupling.scheme not in _SCHEMES:
-        raise InputError(f"{where}: a container steps in order or all at once, not with iterative coupling")
+        raise InputError(f"{where}: the coupling of a container must not be iterative")
     for p in system.parts:
         if p.hold != "zero":
-            raise InputError(f"{where}: {p.name} has a hold of its own: a container knows none")
+            raise InputError(f"{where}: {p.name} must have no hold, which a container does not support")
         if isinstance(p.graph, Foreign) and (p.graph.fmi == 1 or p.graph.description.coSimulation is None):
-            raise InputError(f"{where}: {p.name}: a container steps FMI 2.0 and 3.0 for Co-Simulation")
+            raise InputError(f"{where}: {p.name}: a unit of a container must support Co-Simulation of FMI 2.0 or 3.0")
     if len(cuts(system)[0]):
-        raise InputError(f"{where}: coupling.events: a container locates no events between steps; choose 'grid'")
+        raise InputError(f"{where}: coupling.events must be 'grid': a container locates no events between steps")
     for name, n in Counter(map(_outside_name, system.columns)).items():
         if n > 1:
             ends = " and ".join(end for end in system.columns if _outside_name(end) == name)
-            raise InputError(f"{where}: {ends}: both outputs would be called {name} in a container")
+            raise InputError(f"{where}: {ends}: both outputs would have the name {name} in a container")
 
 
 def _outside_name(end: str) -> str:
@@ -338,7 +336,7 @@ def _told(system: System, part: Part, v: Any, reference: int, values: Sequence[A
     """Return the line in system.txt of a value that is set only once. `v` describes the variable in a foreign FMU."""
     letter = _letter(v, _fmi(part))
     if letter is None:
-        raise InputError(f"{system.case.where}: {part.name}.{v.name}: a container sets no values of type {v.type}")
+        raise InputError(f"{system.case.where}: {part.name}.{v.name}: a container cannot set values of type {v.type}")
     words = []
     for x in values:
         if letter == _STRING:

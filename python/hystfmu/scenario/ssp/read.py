@@ -6,8 +6,6 @@ but raises an InputError.
 The result of a run is compared with the reference result in the archive.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math
@@ -103,7 +101,7 @@ class _Reader:
         if stop / step > MOST_STEPS:
             raise self._wrong(f"{stop / step:g} steps of {step:g} s; at most {MOST_STEPS} can run")
         if self._number(facts.get("startTime", "0"), "startTime") != 0:
-            raise self._wrong(f"startTime: a run starts at 0; got {facts['startTime']}")
+            raise self._wrong(f"startTime: must be 0; got {facts['startTime']}")
         order = tuple((ours.get("order") or "").split()) if ours is not None else tuple(units)
         if sorted(order) != sorted(units):
             raise self._wrong(f"order: must name every component once; got {' '.join(order)}")
@@ -153,13 +151,13 @@ class _Reader:
         for e in elements if elements is not None else ():
             name = e.get("name", "")
             if e.tag != f"{{{SSD}}}Component":
-                raise self._wrong(f"{name}: {e.tag.rpartition('}')[2]} is not read: only one level of components is")
+                raise self._wrong(f"{name}: {e.tag.rpartition('}')[2]} is not supported: components must not be nested")
             if not _NAME.match(name) or name in units:
-                raise self._wrong(f"a component needs a name of its own, of letters, digits and _; got {name!r}")
+                raise self._wrong(f"a component must have a unique name of letters, digits and _; got {name!r}")
             if e.get("type", "application/x-fmu-sharedlibrary") != "application/x-fmu-sharedlibrary":
-                raise self._wrong(f"{name}: only FMUs are run; got the type {e.get('type')!r}")
+                raise self._wrong(f"{name}: must be an FMU; got the type {e.get('type')!r}")
             if e.get("implementation") == "ScheduledExecution":
-                raise self._wrong(f"{name}: Scheduled Execution is not run")
+                raise self._wrong(f"{name}: Scheduled Execution is not supported")
             given = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
             given |= self._parameters(e)
             place = self._place(name, e.get("source", ""))
@@ -200,7 +198,7 @@ class _Reader:
         bindings = element.find(f"{{{SSD}}}ParameterBindings")
         for b in bindings if bindings is not None else ():
             if b.find(f"{{{SSD}}}ParameterMapping") is not None:
-                raise self._wrong("parameter mappings (SSM) are not read")
+                raise self._wrong("parameter mappings (SSM) are not supported")
             prefix, source = b.get("prefix", ""), b.get("source")
             if source is not None:
                 found |= self._parameter_set(self._read(source), source, prefix)
@@ -247,7 +245,7 @@ def _reference(file: Path) -> tuple[tuple[str, ...], Array | None]:
         if rows[0][0] != "t" or values.shape != (len(rows) - 1, len(rows[0])):
             raise ValueError
     except (OSError, ValueError, IndexError, csv.Error):
-        raise InputError(f"{REFERENCE}: must have a head t,... and rows of as many numbers") from None
+        raise InputError(f"{REFERENCE}: must have a header t,... and rows with the same number of values") from None
     return tuple(rows[0][1:]), values
 
 

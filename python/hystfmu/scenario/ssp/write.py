@@ -10,8 +10,6 @@ suppresses the conversion. HystFMU does not convert units of measure. Therefore 
 that needs a conversion.
 """
 
-from __future__ import annotations
-
 import io
 import math
 import re
@@ -65,10 +63,10 @@ def changes(part: Part, where: str) -> dict[str, SetValue]:
 def _typed(unit: str, v: Any, value: Any) -> SetValue:
     """Return a value in the type of its variable: a float, an int of 32 bits, a bool or a str."""
     if isinstance(value, list):
-        raise InputError(f"{unit}.{v.name}: the value of an array has no place in an SSP")
+        raise InputError(f"{unit}.{v.name}: an SSP cannot contain the value of an array")
     if isinstance(value, str):
         if _NO_XML.search(value):
-            raise InputError(f"{unit}.{v.name}: {value!r} has no place in an SSP: XML has no such characters")
+            raise InputError(f"{unit}.{v.name}: {value!r} cannot be in an SSP: XML does not allow these characters")
         return value
     try:
         number = carried(v, value)
@@ -78,7 +76,7 @@ def _typed(unit: str, v: Any, value: Any) -> SetValue:
         return bool(number)
     if v.type in REAL or not -(2**31) <= number < 2**31:  # the type Integer of SSP has 32 bits
         if not math.isfinite(number) or float(number) != number:
-            raise InputError(f"{unit}.{v.name}: {number} has no place in an SSP: no Integer and no Real holds it")
+            raise InputError(f"{unit}.{v.name}: {number} cannot be in an SSP: it is neither an Integer nor a Real")
         return float(number)
     return int(number)
 
@@ -118,7 +116,7 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
         if a[0] is None or b[0] is None:
             continue  # a connector of the system is not connected, because nothing is outside of the system
         if len(c):
-            raise wrong(f"connection of {a[0]}.{a[1]}: transformations are not read")
+            raise wrong(f"connection of {a[0]}.{a[1]}: transformations are not supported")
         for end in (a, b):
             if end[0] not in units or end not in kinds:
                 raise wrong(f"a connection names {end[0]}.{end[1]}, which does not exist")
@@ -251,7 +249,7 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     system = build(case)
     if system.foreign:
         if fmi != 2:
-            raise InputError(f"{case.where}: a loop with foreign FMUs becomes an FMU 2.0; its units may be FMI 3.0")
+            raise InputError(f"{case.where}: a loop with foreign FMUs needs FMI 2.0; its units may be FMI 3.0")
         write_bytes(path, container_fmu(system, case.scenario))
         return Path(path)
     coupling = case.coupling.model_copy(update={"scheme": "gauss_seidel", "events": "grid"})
@@ -260,7 +258,7 @@ def write_loop(case: Case, path: str | Path, fmi: Literal[2, 3] = 2) -> Path:
     try:
         found = differences(case, {n: n for n in system.columns}, simulate(system, "native"))
     except Stopped as e:
-        raise InputError(f"{case.where}: no FMU of a loop that does not reach its end: {e}") from None
+        raise InputError(f"{case.where}: a loop must run to its end for the export: {e}") from None
     worst = max(found.values())
     near = f"are within {1.06 * worst:.1e} % of their span in" if worst else "have the bits of"
     listed = ", ".join(name.replace(".", "_") for name in case.record) or "all outputs"

@@ -444,7 +444,7 @@ def _changed(node: Node, port: Port, element: int | None, value: object) -> Valu
         try:
             new: object = old * float(value[1:])
         except ValueError:
-            raise InputError(f"{port.name}: after '*' stands a number; got {value!r}") from None
+            raise InputError(f"{port.name}: '*' must be followed by a number; got {value!r}") from None
         if element is not None:
             new = float(np.asarray(new)[element])
     else:
@@ -452,6 +452,6 @@ def _changed(node: Node, port: Port, element: int | None, value: object) -> Valu
     if element is None:
         return new  # type: ignore[return-value]  # Node checks kind, length and range
     if not isinstance(new, int | float):
-        raise InputError(f"{port.name}: one element takes one number; got {value!r}")
+        raise InputError(f"{port.name}: one element must have one number; got {value!r}")
     old[element] = new
     return old

@@ -72,7 +72,7 @@ class Foreign:
         folder, digest = unpacked(path)
         description, root = read_description(path, folder)
         if description.coSimulation is None and description.modelExchange is None:
-            raise InputError(f"{path}: has neither Co-Simulation nor Model Exchange")
+            raise InputError(f"{path}: must support Co-Simulation or Model Exchange")
         check_binary(path, folder, description)
         declared = root.find("CoSimulation")  # fmpy does not read the plural of FMI 3.0
         name = "providesDirectionalDerivative"

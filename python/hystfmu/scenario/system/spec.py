@@ -29,7 +29,7 @@ from pydantic import Field
 from hystfmu.base import PACKAGE
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import check, check_format, load_toml
-from hystfmu.graph.tables import STRICT, GraphTable, Name, Number, Value
+from hystfmu.graph.tables import STRICT, Bounds, GraphTable, Name, NotNegative, Number, Positive, Share, TwoNames, Value
 
 FILE = "scenario.toml"
 
@@ -107,7 +107,8 @@ def here_or_shipped(path: str) -> Path:
 
 
 FORMAT: Literal[1] = 1
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Decibels = Annotated[float, Field(gt=0, le=60)]
+Delay = Annotated[float, Field(ge=0, le=100)]  # steps
 
 
 SOURCES = {"model", "block", "graph", "inverse_of", "fmu"}  # keys that state the content of a unit
@@ -142,9 +143,9 @@ class UnitSpec(pydantic.BaseModel):
         if len(given) != 1:
             raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of, fmu; here: {given or 'none'}")
         if self.block is None and (self.dims or self.values):
-            raise ValueError("dims and values belong to 'block'; use 'set' to change a model's parameters")
+            raise ValueError("dims and values need 'block'; use 'set' to change parameters of a model")
         if self.fine and self.every != 1:
-            raise ValueError("a unit is either fine or slow: 'fine' and 'every' exclude each other")
+            raise ValueError("a unit must not have both 'fine' and 'every'")
         return self
 
 
@@ -168,11 +169,9 @@ class MetricSpec(pydantic.BaseModel):
     signal: str = Field(description="unit.output")
     against: str | None = Field(None, description="unit.output that the signal is compared with")
     stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")
-    after: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="rows at or after this time (s)")
+    after: NotNegative = Field(0.0, description="rows at or after this time (s)")
     lines: bool = Field(False, description="rms_percent, rms and max_percent: scan lines only, without turn-arounds")
-    limit: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
-        None, description="largest value that is good; may be set per case"
-    )
+    limit: NotNegative | None = Field(None, description="largest value that is good; may be set per case")
     text: str = Field("", description="one line for a reader")
 
     @pydantic.model_validator(mode="after")
@@ -211,10 +210,8 @@ class TubeSpec(pydantic.BaseModel):
     """Tolerances of recorded signals in time and value, which replace `tolerance`."""
 
     model_config = STRICT
-    time: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(0.0, description="largest shift in time (s)")
-    value: Annotated[float, Field(ge=0, le=1)] = Field(
-        description="largest deviation, relative to the largest value of the signal"
-    )
+    time: NotNegative = Field(0.0, description="largest shift in time (s)")
+    value: Share = Field(description="largest deviation, relative to the largest value of the signal")
 
 
 class MarginsSpec(pydantic.BaseModel):
@@ -224,14 +221,14 @@ class MarginsSpec(pydantic.BaseModel):
     case: Name | None = Field(
         None, description="case whose sensitivity is limited, for slope 1 of plant over inverse; default: the first"
     )
-    Ms_db: Annotated[float, Field(gt=0, le=60)] | None = Field(None, description="largest peak of its sensitivity (dB)")
+    Ms_db: Decibels | None = Field(None, description="largest peak of its sensitivity (dB)")
     corners: list[Annotated[str, Field(pattern=r"^[A-Za-z0-9_.\-?*]+$", max_length=64)]] = Field(
         ["*"], max_length=100, description="cases whose loops must be stable; ? and * stand for any letters"
     )
-    slopes: Annotated[list[Annotated[float, Field(allow_inf_nan=False)]], Field(min_length=2, max_length=2)] | None = (
-        Field(None, description="local slopes of plant over inverse in the corners; default: those along their paths")
+    slopes: Bounds | None = Field(
+        None, description="local slopes of plant over inverse in the corners; default: those along their paths"
     )
-    stable_to_steps: Annotated[float, Field(ge=0, le=100)] | None = Field(
+    stable_to_steps: Delay | None = Field(
         None, description="steps beyond the delay of a corner up to which it must be stable"
     )
     expected_unstable: list[Name] = Field(
@@ -248,16 +245,14 @@ class ConditionSpec(pydantic.BaseModel):
     model_config = STRICT
     text: str = Field("", description="one line for a reader")
     stop: Positive | None = Field(None, description="end of the run (s)")
-    after: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(None, description="`after` of all metrics")
+    after: NotNegative | None = Field(None, description="`after` of all metrics")
     set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to scale it")
     units: dict[Name, UnitSpec] = Field({}, description="units that are added or replaced as a whole")
     order: list[Name] | None = Field(
         None, description="order of evaluation; default: as in the scenario, then the units that the case adds"
     )
     connections: dict[str, str] = Field({}, description="connections that are added or replaced")
-    limits: dict[Name, Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(
-        {}, description="limits of metrics, by name"
-    )
+    limits: dict[Name, NotNegative] = Field({}, description="limits of metrics, by name")
 
 
 class CaseSpec(ConditionSpec):
@@ -286,11 +281,9 @@ class ScenarioSpec(pydantic.BaseModel):
     units: dict[Name, UnitSpec] = Field(min_length=1, max_length=200)
     connections: dict[str, str] = Field({}, description="'unit.input' = 'unit.output'")
     record: list[str] = Field([], description="outputs stored in baseline.csv and shown in the report")
-    loops: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = Field(
-        [], description="pairs of signals (abscissa, ordinate) drawn as loops"
-    )
+    loops: list[TwoNames] = Field([], description="pairs of signals (abscissa, ordinate) drawn as loops")
     metrics: dict[Name, MetricSpec] = Field(min_length=1, max_length=100)
-    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
+    tolerance: Share = Field(
         1e-6, description="largest change of a metric or a recorded signal against the baseline, relative"
     )
     guard: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = Field(
@@ -400,7 +393,7 @@ def _chosen(below: Any, run: int, own: list[Any], path: Path) -> list[Any]:
         free = [c["name"] for c in below[:run] if _is_named(c)] if isinstance(below, list) else []
         names = [name for name in free if name not in taken and fnmatchcase(name, case["name"])]
         if not names:
-            raise InputError(f"{path}: case {case['name']}: no other case of the file that it extends has such a name")
+            raise InputError(f"{path}: case {case['name']}: the file that it extends has no case of this name")
         taken.update(names)
         found += [case | {"name": name} for name in names]
     return found

@@ -330,7 +330,7 @@ def build(case: Case) -> System:
 def _kept(start: float, where: str) -> float:
     """Return the start value of an unconnected input of a foreign FMU, as a number."""
     if not math.isfinite(start) or float(start) != start:
-        raise InputError(f"{where}: its start value {start} cannot be carried: connect it or give it a constant value")
+        raise InputError(f"{where}: connect it or give it a constant value: its start value {start} is not finite")
     return float(start)
 
 
@@ -343,7 +343,7 @@ def _check_lines(system: System) -> None:
         source = system.maker(link)
         if source.period > part.period:
             raise InputError(
-                f"{where}: units.{part.name}.hold: 'first' needs sources that step as often; {source.name} is slower"
+                f"{where}: units.{part.name}.hold: 'first' needs sources with the same step; {source.name} is slower"
             )
 
 
@@ -359,7 +359,7 @@ def _links(case: Case, parts: list[Part], columns: dict[str, int]) -> tuple[Link
         if port not in part.inputs:
             raise InputError(f"{where}: no input {to!r}; {unit} has {list(part.inputs)}")
         if port in part.constants:
-            raise InputError(f"{where}: {to!r} is connected and has a constant value as well")
+            raise InputError(f"{where}: {to!r} must not be connected and have a constant value")
         if source not in columns:
             from_unit, _ = split_end(source, where)
             have = [c for c in columns if c.startswith(f"{from_unit}.")] or list(index)
@@ -451,10 +451,10 @@ def to_graph(system: System) -> Graph:
     """
     if len({p.period for p in system.parts}) > 1 or system.h != system.length(system.parts[0]):
         rates = {p.name: p.period for p in system.parts}
-        raise InputError(f"{system.case.title}: units of different rates do not fit into one graph: {rates}")
+        raise InputError(f"{system.case.title}: all units of one graph must have the same rate; got {rates}")
     for p in system.parts:
         if (p.substeps, p.hold) != (1, "zero"):
-            raise InputError(f"{system.case.title}: {p.name} has substeps or hold = 'first': one graph has one step")
+            raise InputError(f"{system.case.title}: {p.name} must have no substeps and no hold = 'first' in one graph")
     return fuse(system, tuple(range(len(system.parts))))[0]
 
 
