@@ -41,7 +41,7 @@ TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the E
 LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))
 LAGS, DEAD_ZONES = 6, 6
 BETTER = 0.6  # ratio of errors below which rate-dependent terms are kept; in a slow record they can imitate a memory
-CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),)
+CANDIDATES = (Candidate(ANY, 1.2, 0.12, quick={"n": 20, "widths": 12, "means": 4}),)
 OPTIONS = (
     Option("n", 40, 1, 100, text="number of grid steps of the Everett function"),
     Option("widths", 32, 2, 100, text="number of hat functions of the half-difference of the two thresholds"),
