@@ -241,6 +241,7 @@ def test_names_of_an_fmu(folder: Path, tmp_path: Path) -> None:
     run("simulate", tmp_path / "loop.ssp")
 
 
+@pytest.mark.stress
 def test_names_of_an_ssp_archive(folder: Path, tmp_path: Path) -> None:
     made, renamed = tmp_path / "loop.ssp", tmp_path / "renamed.ssp"
     run("ssp", folder / "loop", "--separate", "-o", made, status=(0, 1))

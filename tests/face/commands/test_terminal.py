@@ -216,7 +216,7 @@ def test_the_kinds_of_model_are_listed_with_every_option() -> None:
     for key, text in listed.items():
         for o in options(key):
             assert o.text, f"{key}: {o.name} has no text"
-            line = next(line for line in text.splitlines() if line.split()[:1] == [o.name])
+            line = next(line for line in text.splitlines()[1:] if line.split()[:1] == [o.name])
             assert o.rule in line
             assert line.endswith(o.text)
 

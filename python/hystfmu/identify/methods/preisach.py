@@ -14,6 +14,10 @@ s_i^2 |P_i x|^2. The penalties keep the density smooth. Tenfold cross-validation
 penalties, and whether the model has rate-dependent terms. The training rows are divided into ten chunks of consecutive
 rows. For each chunk, the normal equations of all other chunks are computed once. The ridge penalty keeps them well
 conditioned: its least strength is 1e-4, for columns of norm 1. Therefore fits with other strengths are fast.
+
+With the option ``density=bell``, the logarithm of mu is smooth, and a static nonlinearity follows, see
+`features.bell_density`. A bell curve is replaced by a density of a more general shape if this reduces the error on
+validation blocks.
 """
 
 from __future__ import annotations
@@ -21,14 +25,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import lag
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.cuts import fitted_and_held
+from hystfmu.identify.features.bell_density import Problem, Relays
+from hystfmu.identify.features.bent_chain import dead_zones as polygon
 from hystfmu.identify.features.smooth_density import smooth_density
-from hystfmu.identify.graphs import device
+from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 from hystfmu.model.accuracy import rms
 
@@ -41,8 +50,17 @@ TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the E
 LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))
 LAGS, DEAD_ZONES = 6, 6
 BETTER = 0.6  # ratio of errors below which rate-dependent terms are kept; in a slow record they can imitate a memory
-CANDIDATES = (Candidate(ANY, 1.2, 0.12, quick={"n": 20, "widths": 12, "means": 4}),)
+SMOOTH = (0.1, 1.0, 5.0)  # standard deviations of the third differences of ln mu that are tried
+CLEARLY, LEAST_NOISE = 0.9, 1e-4  # ratio of validation errors; smallest assumed noise, relative to half the span
+MOST_ROWS = 3000  # maximum number of rows of a fit of ln mu; more rows are thinned evenly
+LINEAR, BELL = "linear", "bell"
+CANDIDATES = (
+    Candidate(ANY, 1.2, 0.12, quick={"n": 20, "widths": 12, "means": 4}),
+    Candidate(ANY, 0.5, 0.8, options={"density": BELL}, quick={"n": 20}),
+)
 OPTIONS = (
+    Option("density", LINEAR, choices=(LINEAR, BELL), text="whether the density or its logarithm is linear in weights"),
+    Option("bend", 5, 1, 20, text="degree of the static nonlinearity after a density of the form bell"),
     Option("n", 40, 1, 100, text="number of grid steps of the Everett function"),
     Option("widths", 32, 2, 100, text="number of hat functions of the half-difference of the two thresholds"),
     Option("means", 8, 1, 50, text="number of B-splines of the mean of the two thresholds"),
@@ -137,6 +155,8 @@ def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Pr
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Fit the model of the module docstring; return graph and number of weights."""
+    if options["density"] == BELL:
+        return _bell(data, options, progress)
     rows = data.counted
     u, y = data.u[rows], data.y[rows]
     density = smooth_density(data.u[data.train], options["n"], options["widths"], options["means"], options["start"])
@@ -155,6 +175,46 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     hysteresis = density.node("hysteresis", sign * (density.E @ x), sign * offset)
     alone = device(data, [hysteresis], (), ["hysteresis.u"], "hysteresis.y")
     return rate.behind(hysteresis, sign * v, data) if len(v) else alone, len(x) + len(v) + 1
+
+
+def _bell(data: Dataset, options: Options, progress: Progress) -> tuple[Graph, int]:
+    """Fit a density with a smooth logarithm and a static nonlinearity."""
+    scaling, gain, offset = scaled_input(data.u[: data.train.stop])
+    x, (every, kept, held) = gain * data.u + offset, fitted_and_held(data, MOST_ROWS)
+    held = held if len(held) else kept
+    size, middle = data.span / 2, float(data.y[data.counted].mean())
+    y = (data.y[every] - middle) / size
+    sigma = max(noise(data.y[data.counted]) / size, LEAST_NOISE)
+    cuts = [(r.start, every[(r.start <= every) & (every < r.stop)]) for r in data.records]
+    parts = [(x[first : rows[-1] + 1], rows - first) for first, rows in cuts if len(rows)]
+    demagnetised = options["start"] == "demagnetised"
+
+    def problem(of: Relays, rows: NDArray[np.intp], smooth: float) -> Problem:
+        used = np.isin(every, rows)
+        return Problem(of.on(used), y[used], options["bend"], smooth, sigma)
+
+    first = Relays(parts, options["n"], float(x[0]) if demagnetised else 0.0, options["start"], demagnetised)
+    best = problem(first, kept, SMOOTH[0]).started()
+    progress(0.5)
+    seen = Relays(parts, options["n"], best.centre, options["start"], False, first.half)
+    smooth, least = SMOOTH[0], np.inf
+    for level in SMOOTH:
+        trial = problem(seen, kept, level).fitted(best)
+        error = rms(problem(seen, held, level).errors(trial))
+        if not error < CLEARLY * least:
+            break
+        best, least, smooth = trial, error, level
+    progress(0.8)
+    last = problem(seen, every, smooth)
+    best = last.fitted(best)
+    slope, r, weights, at_0 = polygon(best.q)
+    nodes = [
+        scaling,
+        last.node(best),
+        Node("bend", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}),
+        Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": middle + size * at_0}),
+    ]
+    return device(data, nodes, wired(nodes)), len(best.ln_mu) + len(best.q) + 2
 
 
 class _Rate:
