@@ -22,6 +22,7 @@ SPREAD := -n $(WORKERS) --dist worksteal
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
 
+# some cases of each grid, drawn anew (tests/conftest.py); four minutes on two cores
 test: dev
 	$(PYTEST) $(SPREAD)
 
@@ -30,7 +31,8 @@ contract: dev
 	$(PYTEST) $(SPREAD) --no-header --tb=short tests/contract
 	$(BIN)/python tests/generated.py
 
-# long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, mutated files
+# long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, mutated files, and every
+# case of the tests of which `make test` draws some; two hours
 stress: dev
 	$(PIP) wasmtime
 	$(PYTEST) -m stress

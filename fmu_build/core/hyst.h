@@ -92,7 +92,7 @@ typedef struct {
 } hyst_change;
 typedef struct {
   int64_t n, dense;
-  const hyst_change *const *changes; /* of parameter row v, derived ones included: from changes[v] to changes[v + 1] */
+  const hyst_change *const *changes; /* of parameter row v, also derived rows: from changes[v] to changes[v + 1] */
   const double *u;
   double *x, *y;
 } hyst_columns;
@@ -112,7 +112,7 @@ typedef struct {
   void (*sensitivity)(const int *dim, const double *p, double *x, const double *u, double dt,
                       const hyst_columns *columns);
   int derives;             /* it takes the changes of derived values; else init() must read none of these */
-  const char *differences; /* a parameter whose columns are left to differences, or NULL */
+  const char *differences; /* parameter whose derivatives are differences, or NULL */
 } hyst_told;
 
 typedef struct hyst_block {

@@ -1,7 +1,5 @@
 """Modelica classes from the C tables: a partial block for each block of the C core, and enumerations."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from generator.declarations import dim, equation, information, link, parameter, ports, rate_port
@@ -103,7 +101,7 @@ class BaseClass:
         found = [
             f"<b>Equation:</b> {equation(self.block.equation)}.",
             f"<b>Source:</b> {escape(self.block.source, quote=False)}.",
-            "<b>Limitations:</b> those of the classes that extend it.",
+            "<b>Limitations:</b> see the classes that extend it.",
         ]
         if shown:
             found.append(f"<b>Example:</b> {', '.join(map(link, shown[:1]))}.")

@@ -1,7 +1,5 @@
 """Modelica text from rows of a C table: declarations of parameters and ports, and equations as HTML."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

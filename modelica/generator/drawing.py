@@ -1,7 +1,5 @@
 """Graphics of the library: lines of connections in the diagrams, and pictures of the user's guide."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import PurePath

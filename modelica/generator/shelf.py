@@ -1,7 +1,5 @@
 """Hand-written files of the library, indexed by class name, and its types, indexed by unit of measure."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 The page UsersGuide.Checks lists the lint rules by section of the language specification.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Collection, Iterable, Mapping

@@ -1,7 +1,5 @@
 """Validation models of the library. In each model, test signals drive the component `tested`."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Mapping

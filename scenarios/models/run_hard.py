@@ -37,7 +37,7 @@ LEAST = 1e-4  # relative width of a range that is one value
 TRIES = 20
 CLOSER = 0.9  # by which a range with an unstable draw is drawn in
 STEPS = {"step": ("nominal", "tracking"), "staircase": ("scan_100", "lines")}
-STUDY = """# Inside of these ranges no draw is unstable.  Written by models/run_hard.py.
+STUDY = """# No random device within these ranges is unstable.  Written by models/run_hard.py.
 #   hystfmu study scenarios/{name}/stable.study.toml -o out
 extends = "{base}/stable_draws.toml"
 {cases}

@@ -7,8 +7,6 @@ module needs a file or an optional package, it also has a function ``check(data)
 have a function ``quick()``, which returns the table rows that can be computed in seconds.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from pathlib import Path

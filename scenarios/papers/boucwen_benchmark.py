@@ -11,8 +11,6 @@ polynomial nonlinear state-space model (PNLSS), and state-space neural networks 
 Noel & Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise

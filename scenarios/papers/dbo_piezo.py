@@ -9,8 +9,6 @@ amplitudes than the training rows, and an input that is the output of an inverse
 Data: github.com/yan9a/DiscreteBacklashOperator (MIT licence).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

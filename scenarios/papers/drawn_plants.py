@@ -5,8 +5,6 @@ a function that maps an input u (n,) to the output y (n,), from rest. The thresh
 grid.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -5,8 +5,6 @@ The training signal consists of random nested reversals, or is a multisine if th
 tested on the same plant with other inputs. Each table row states its seeds. The targets must be met for every seed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 

@@ -12,8 +12,6 @@ In the literal replica, a branch of f starts at the last extremum. It uses the p
 that gives results closest to the printed numbers. Our method is the kind polynomial_narx with default options.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

@@ -5,8 +5,6 @@ Step and integration method differ from those of the C core, so that the models 
 implementation.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

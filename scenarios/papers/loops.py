@@ -3,8 +3,6 @@
 Gains, worst-case parameter sets (corners) and limits are those in the files of the shipped scenarios.
 """
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

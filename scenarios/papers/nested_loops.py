@@ -5,8 +5,6 @@ at the output. Models are trained on random nested reversals and tested on held-
 series with the plant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

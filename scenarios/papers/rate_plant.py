@@ -5,8 +5,6 @@ interval is divided into sixteen steps. Within an interval the input is linear, 
 rule. Integration method, step and thresholds differ from those of every model.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base.arrays import Array

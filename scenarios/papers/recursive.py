@@ -18,8 +18,6 @@ The largest allowed beta is mu Sigma. With beta = fraction * mu Sigma, the weigh
 r^2). This weight does not contain Sigma.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base.arrays import Array

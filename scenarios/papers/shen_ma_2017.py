@@ -14,8 +14,6 @@ The fitted branch increases, and the thresholds are distributed over half the ra
 neurons and the order on a validation part of the first half.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence

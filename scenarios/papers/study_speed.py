@@ -4,8 +4,6 @@ The simulated loop has a P controller and a first-order plant, and makes 10 000 
 only the steps. The time of the study contains everything, from reading the study file to writing the result table.
 """
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 The simulation step is computed by two methods: from stored turning points, or with one state per play.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -5,8 +5,6 @@ targets, not on printed numbers, because the records of the papers are not publi
 effect on the exit status, because run times depend on the load of the computer.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

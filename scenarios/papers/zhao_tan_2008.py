@@ -13,8 +13,6 @@ Krasnoselskii-Pokrovskii (KP) model. In our method, a branch starts at the last 
 extremum). It uses Levenberg-Marquardt iterations, the exact inverse operator, and KP weights >= 0.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

@@ -132,6 +132,36 @@ def test_everett_function_of_a_cell_counts_the_triangle():
     np.testing.assert_array_equal(triangles(n), expected)
 
 
+def polarisation(u, remanent=0.0, levels=120):
+    """Polarisation of relays with a Lorentzian density of the coercive field, and a Gaussian one of the bias field."""
+    edges = np.linspace(-1.2, 1.2, levels + 1)
+    middle = (edges[1:] + edges[:-1]) / 2
+    alpha, beta = (a[np.tril_indices(levels)] for a in np.meshgrid(middle, middle, indexing="ij"))
+    mean, half = (alpha + beta) / 2, (alpha - beta) / 2
+    w = np.exp(-(((mean - 0.05) / 0.2) ** 2) / 2) / (1 + ((half - 0.4) / 0.12) ** 2)
+    state, out = np.where(mean < remanent, 1.0, -1.0), np.empty(len(u))
+    for k, x in enumerate(u):
+        up, down = (np.clip(2 * (x - edge) / 0.02 + s, -1, 1) for edge, s in ((alpha, -1), (beta, 1)))
+        state = np.clip(state, up, down)
+        out[k] = w @ state / w.sum()
+    return out
+
+
+@pytest.mark.parametrize("remanent", [0.0, 0.03])
+def test_preisach_with_a_bell_curve_of_a_butterfly_loop(remanent):
+    """The strain of a ferroelectric is even in the polarisation, so that it shows the polarisation without its sign."""
+
+    def plant(u):
+        p = polarisation(u, remanent)
+        return p**2 + 0.1 * p
+
+    u = signals.training(25)
+    y = plant(u)
+    data = Dataset.from_signal(u, y + 5e-4 * np.ptp(y) * np.random.default_rng(3).normal(size=len(y)))
+    table = worst(fit(data, "preisach", density="bell"), plant, data)
+    assert max(table.values()) <= 1.5, table
+
+
 # ---- Duhem ----------------------------------------------------------------------------------------------------------
 def test_duhem_on_bouc_wen_with_a_broken_exponent(bouc_wen_like, duhem_model):
     """S3: no polynomial is |w|^1.5, and the plant is integrated by scipy."""

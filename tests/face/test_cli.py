@@ -144,6 +144,7 @@ def one_line(done, words):
         assert w in lines[0]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scale", "words"),
     [("e200", ("line 2", "u must be at most 1e+100")), ("e-200", ("span of u in the train rows", "1e-100"))],

@@ -46,6 +46,7 @@ def measured(name: str, seed: int) -> hy.Dataset:
     return hy.Dataset(np.arange(len(u)) * 1e-3, u, y + 2e-3 * np.random.default_rng(seed).normal(size=len(u)), name)
 
 
+@pytest.mark.stress
 def test_the_program_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     measured("piezo", 1).to_csv(tmp_path / "piezo.csv")
     for part in ("pid", "models", "loops"):

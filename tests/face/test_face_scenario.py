@@ -35,6 +35,7 @@ def values(cases: Cases, engine: str) -> list[bytes]:
     return [simulate(build(c), engine).values.tobytes() for c in cases.cases]  # type: ignore[arg-type]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 def test_built_saved_and_read_it_has_the_same_bits(plant: hy.Model, tmp_path: Path, engine: str):
     loop = tracking(plant).case("nominal", stop=0.02, after=0.0)
@@ -101,6 +102,7 @@ def test_a_shipped_scenario_is_read_run_changed_and_saved_elsewhere(tmp_path: Pa
         hy.run(loop, engine="native", record=True)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["pid", "cascade_learned", "sliding_mode_2005_1khz"])
 def test_a_copy_of_a_shipped_scenario_runs_the_same_systems(name: str, tmp_path: Path):
     folder = hy.Scenario.load(SHIPPED / name).save(tmp_path / "copy")

@@ -153,6 +153,7 @@ FILES: dict[str, tuple[str, str, Callable[[Path, Path], list[object]]]] = {
 }
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize("kind", FILES)
 def test_keys_and_texts_of_toml(kind: str, folder: Path, tmp_path: Path) -> None:
     name, key, words = FILES[kind]
@@ -216,6 +217,7 @@ def foreign(folder: Path, path: Path, outputs: bool) -> Path:
     return path
 
 
+@pytest.mark.stress
 def test_names_of_an_fmu(folder: Path, tmp_path: Path) -> None:
     unsaid = foreign(folder, tmp_path / "unsaid.fmu", outputs=True)
     told = run("simulate", unsaid, "--step", "1e-3", "--stop", "0.01", "-o", tmp_path / "out.csv")
@@ -239,6 +241,7 @@ def test_names_of_an_fmu(folder: Path, tmp_path: Path) -> None:
     run("simulate", tmp_path / "loop.ssp")
 
 
+@pytest.mark.stress
 def test_names_of_an_ssp_archive(folder: Path, tmp_path: Path) -> None:
     made, renamed = tmp_path / "loop.ssp", tmp_path / "renamed.ssp"
     run("ssp", folder / "loop", "--separate", "-o", made, status=(0, 1))

@@ -61,6 +61,7 @@ def _compile(compiler: str, source: Path, out: Path, *options: str) -> None:
     assert done.returncode == 0, done.stderr[:3000]
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O0", marks=pytest.mark.stress)])
 @pytest.mark.parametrize(("fmi", "compiler"), EACH)
 def test_compiles_without_a_warning(tmp_path: Path, fmi: int, compiler: str, mode: str) -> None:

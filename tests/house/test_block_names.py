@@ -33,6 +33,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/bent_chain.py": {EVERY: "chain(): the blocks of the structure"},
+    "identify/features/bell_density.py": {"preisach": "node(): the block of the density and of its derivatives"},
     "identify/features/smooth_density.py": {"preisach": "node(): the block of the density and of its columns"},
     "identify/network/readout.py": {
         "scaling": "fit_readout(): limits and output scaling",

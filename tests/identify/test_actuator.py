@@ -41,6 +41,7 @@ def measured(plant, noise=1e-3, cycles=60):
     return Dataset.from_signal(u, y + noise * np.ptp(y) * np.random.default_rng(2).normal(size=len(y)), 1e-3)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("plant", "said"), [(bent, "plays, bend"), (stops, "stops, bend"), (butterfly, "plays, bend")])
 def test_plants_of_its_class(plant, said):
     """S12 and S17 ask for 0.1 %FS on nested reversals and 0.5 %FS of the last two; noise is 0.1 % of the span."""
@@ -131,6 +132,7 @@ def whole(u, h=1e-4, finer=10):
     return signal.lfilter(b.ravel(), a, c - c[0])[::finer] + c[0]
 
 
+@pytest.mark.stress
 def test_a_second_mode_that_the_record_shows_stands_beside_the_first() -> None:
     """One mode alone leaves the other in the residuals, wherever the sweep excites it."""
     h, modes = 5e-4, ((200.0, 0.05, 0.92), (520.0, 0.02, 0.08))

@@ -45,6 +45,7 @@ def test_relays_close_minor_loops_and_wipe_out():
     assert y[-1] == pytest.approx(y[59], abs=1e-12)
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("name", DEVICES)
 def test_a_seed_gives_a_record_and_signals_inside_its_range(name):
     form = list(FORMS)[len(name) % len(FORMS)]
@@ -70,6 +71,7 @@ def test_a_graph_with_the_drawn_numbers_is_the_device(name):
     assert 100 * np.abs(e).max() / case.data.span <= (0.3 if "Jiles" in name else 0.02)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["battery, one state", "ferroelectric butterfly", "shape-memory alloy"])
 def test_a_fit_of_the_true_structure_is_off_by_less_than_the_noise(name):
     """It fits the noise of its record, so that it is off by some of it."""
@@ -106,6 +108,7 @@ def test_one_state_beside_a_curve():
     assert reached("battery, one state", "bouc_wen_parallel", rate="no") <= 0.05
 
 
+@pytest.mark.stress
 def test_a_dashpot_in_series_with_bouc_wen():
     """Damper of Spencer; a dashpot in parallel alone leaves 2.7 %.
 

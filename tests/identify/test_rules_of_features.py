@@ -9,7 +9,8 @@ from hystfmu import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import Candidate
 from hystfmu.identify.cuts import validation_rows, without_outermost
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, polynomials, search, uncertainty, unknown
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, polynomials, unknown
+from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features.bent_sum import Following
 from hystfmu.model import guards
 
@@ -67,17 +68,15 @@ def test_the_search_of_dynamics_finds_them():
     assert hi == pytest.approx([np.log(500.0), np.log(5.0), 10.0])
     true = Dynamics(30.0, 0.5, 2.4 * H)
     y = true.filter(data.u[:, None], H, "foh")[:, 0] + 1e-4 * RNG.normal(size=600)
-
-    def residuals(g):
-        return (g.filter(data.u[:, None], H, "foh")[:, 0] - y)[data.train]
-
+    data, one = Dataset.from_signal(data.u, y, H, train=data.train), (np.ones(1), np.zeros(1, dtype=bool))
+    behind = Weighted(data.u[:, None], data, np.arange(600)[data.train], "foh", lambda seen, y: one)
     seen = []
     for near in (None, Dynamics(35.0, 0.6, 2 * H)):
-        found = search(residuals, data, OPTIONS, seen.append, near)
+        found = search(behind, data, OPTIONS, seen.append, near)
         assert found.point(H) == pytest.approx(true.point(H), abs=0.02)
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1.0)
-    spread = uncertainty(residuals, found, data, OPTIONS)
+    spread = uncertainty(behind, found, data, OPTIONS)
     assert (spread > 0).all()
     assert (spread < 0.01).all()
     assert unknown(found, spread, data, OPTIONS) == []

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import tomli_w
 from click.testing import CliRunner
 from decay import LAG
@@ -184,3 +185,6 @@ KINDS: dict[str, Callable[[Path], Path]] = {
     f.__name__: f
     for f in (fit, start, run, failed, study, compare, compared_studies, paper, demonstration, fmu, fmu_of_a_block)
 }
+# pages of other kinds have the same parts
+LONG = ("start", "failed", "compared_studies")
+EACH = [pytest.param(kind, marks=[pytest.mark.stress] * (kind in LONG)) for kind in KINDS]

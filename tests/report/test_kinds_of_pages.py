@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from opened_page import KINDS, Browser, opened
+from opened_page import EACH, Browser, opened
 
 import hystfmu as hy
 from hystfmu import demo
@@ -25,7 +25,8 @@ FEWEST = {"fmu_of_a_block": 2, "paper": 2}  # heights with something for the key
 Made = Callable[[str], Path]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.some(4)
+@pytest.mark.parametrize("kind", EACH)
 def test_every_page_is_accessible_and_answers_first(browser: Browser, made: Made, kind: str) -> None:
     with opened(browser, made(kind)) as p:
         wrong = {}
@@ -50,7 +51,7 @@ def test_the_loop_comes_first_on_the_page_of_a_fit(browser: Browser, made: Made)
         assert min(tops, key=tops.__getitem__) == "figure"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", EACH)
 def test_every_page_is_small(made: Made, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     text = made(kind).read_text()
     script = text.rpartition("<script>")[2].partition("</script>")[0] if "<script>" in text else ""

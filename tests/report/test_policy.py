@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from opened_page import KINDS, Browser, dragged, opened
+from opened_page import EACH, Browser, dragged, opened
 
 import hystfmu as hy
 from hystfmu.base import PACKAGE
@@ -53,7 +53,7 @@ def check(text: str) -> dict[str, list[str]]:
     return rules
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", EACH)
 def test_the_policy_of_a_page_names_its_own_parts(made: Callable[[str], Path], kind: str) -> None:
     text = made(kind).read_text()
     compiles = "'wasm-unsafe-eval'" in check(text).get("script-src", ())

@@ -126,7 +126,7 @@ def test_what_cannot_be_is_refused(loop: Any, write: Any) -> None:
     with pytest.raises(InputError, match=r"units\.lag\.hold: .* reference is slower"):
         ready(write(data))
     data = ramp(["reference", "lag"], substeps=2)
-    with pytest.raises(InputError, match="ramp/nominal: lag has substeps"):
+    with pytest.raises(InputError, match="ramp/nominal: lag must have no substeps"):
         to_graph(ready(write(data)))
 
 

@@ -104,6 +104,7 @@ def test_an_error_below_what_the_device_gives_is_refused(record: Path) -> None:
     assert "is reachable" in told["verdict"]["reasons"][0]
 
 
+@pytest.mark.stress
 def test_requirements_stand_in_a_file_too(record: Path, tmp_path: Path) -> None:
     (tmp_path / "asked.toml").write_text('controller = "irc"\nreference = ["sine:20"]\ndelay = 2\n')
     status, told = start(record, "--requirements", tmp_path / "asked.toml")

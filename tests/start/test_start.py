@@ -73,6 +73,7 @@ def test_each_artefact_is_there_and_its_command_repeats_it(made: Path, monkeypat
     assert status == 0, out
 
 
+@pytest.mark.stress
 def test_the_study_of_drawn_devices_runs_as_it_is(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command = shlex.split(json.loads((made / "told.json").read_text())["files"]["study of drawn devices"]["command"])
     monkeypatch.chdir(made)

@@ -364,7 +364,7 @@ IN_A_PROCESS = ("hdf5", "matlab", "packed matlab", "matlab 7.3", *OF_LABS)  # ea
 SOME = [pytest.param(name, marks=pytest.mark.stress) if name == "ssp" else name for name in READERS]
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", SOME)
 def test_some_mutated_files(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     times = 8 if name in IN_A_PROCESS else 12 if name == "ssp" else 40

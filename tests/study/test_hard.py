@@ -114,6 +114,7 @@ def test_devices_beyond_are_unstable(name: str) -> None:
         assert not stable(name, case, settings), (what, beyond)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["pid", "internal_model", "repetitive", "h_infinity"])
 def test_a_light_or_a_second_mode_is_lost_in_the_simulation(name: str) -> None:
     """The devices that the issue names: damping 0.02, and 5 % of the gain at 1500 Hz with damping 0.01."""

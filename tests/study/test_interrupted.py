@@ -102,6 +102,7 @@ def test_killed_workers(write: Any, tmp_path: Path, program: str, quiet: bytes) 
     assert (folder / "results.parquet").read_bytes() == quiet
 
 
+@pytest.mark.stress
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
 def test_a_killed_parent(write: Any, tmp_path: Path, program: str, quiet: bytes) -> None:
     folder = tmp_path / "out"

@@ -47,7 +47,7 @@ static inline double hyst_root_between(hyst_residual f, void *ctx, double a, dou
   return x;
 }
 
-/* one search around centre; *off: from that at centre to that at the result; *more: the result is an inner point that
+/* one search around centre; *off: at first that at centre, then at the result; *more: the result is an inner point that
  * is no root */
 static inline double hyst_root_around(hyst_residual f, void *ctx, double lo, double hi, double centre, double *off,
                                       int *more) {

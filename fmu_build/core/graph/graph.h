@@ -29,7 +29,7 @@ typedef struct {
   double *p, *u, *y, *x;
   int64_t n_p, n_u, n_y, n_x;
   double *du, *dy; /* seeds and tangents of u and y, used by hyst_graph_tangent() only; not part of the state */
-  int64_t n_c;     /* number of continuous states, the first of x */
+  int64_t n_c;     /* number of continuous states, the first elements of x */
   int64_t time;    /* index of the time in u, or -1 */
   int64_t first_wire, n_wires; /* wires, gathered into u before update() */
   int tried_by;                /* block with trials whose model contains this node, or -1 */

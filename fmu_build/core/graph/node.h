@@ -58,9 +58,9 @@ static inline void hyst_gather_from(const hyst_graph *g, int i, int behind) {
     if ((w->source >= i) == behind) hyst_copy(w->to, w->from, w->size);
 }
 
-/* In a step a block reads later blocks as they were after the last step.  In continuous time these go on between two
- * samples and would be read a sample too early.  So a sampled block stores such inputs right after a sample, and reads
- * the others when it advances. */
+/* In a step, a block reads the outputs of later blocks after the last step. In continuous time, these outputs change
+ * between two samples. So a sampled block stores such inputs right after a sample, and reads the other inputs when it
+ * advances. */
 static inline void hyst_look_behind(const hyst_graph *g) {
   for (int i = 0; i < g->n_nodes; i++)
     if (g->nodes[i].block->rate == HYST_SAMPLED) hyst_gather_from(g, i, 1);

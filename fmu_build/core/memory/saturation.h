@@ -11,8 +11,8 @@
 
 /* a DERIVED row of a table */
 typedef struct {
-  double s, n, e;          /* e as above, 0 for s = 1 */
-  double half, bend;       /* t at the middle; as above */
+  double s, n, e;          /* e of the comment above; 0 for s = 1 */
+  double half, bend;       /* t at the middle; see above */
   double early_scale, top; /* 2 / half^n; x^n at the middle */
   double early[HYST_CHEBYSHEV], late[HYST_CHEBYSHEV], early_path[HYST_CHEBYSHEV], late_path[HYST_CHEBYSHEV];
 } hyst_saturation;

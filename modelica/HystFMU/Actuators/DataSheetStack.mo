@@ -7,8 +7,8 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> that of Actuators.BaseClasses.Piezo with the values of Actuators.DataSheet.</p>
 <p><b>Heat:</b> as in Actuators.BaseClasses.Piezo; at least 0 at every instant with the default hysteresis.</p>
-<p><b>Source:</b> as there.</p>
-<p><b>Limitations:</b> as there. The default hysteresis is not that of a particular stack; replace it by an identified hysteresis.</p>
+<p><b>Source:</b> as for the base class.</p>
+<p><b>Limitations:</b> as for the base class. The default hysteresis is not that of a particular stack; replace it by an identified hysteresis.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.AmplifiedStack\">Examples.AmplifiedStack</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Actuators.DataSheet\">Actuators.DataSheet</a>, <a href=\"modelica://HystFMU.Actuators.Stack\">Actuators.Stack</a>.</p>
 </html>"));

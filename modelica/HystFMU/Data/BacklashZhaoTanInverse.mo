@@ -7,7 +7,7 @@ record BacklashZhaoTanInverse "Zhao-Tan operator and a network on (x, h)"
   parameter Real input_offset[1] = {-2.270035024388122e-05} "Offset, added after the gain" annotation (Dialog(group = "input"));
   parameter Real input_lo[1] = {-1e+300} "Lower limit of the input (-1e300: none)" annotation (Dialog(group = "input"));
   parameter Real input_hi[1] = {1e+300} "Upper limit of the input (1e300: none)" annotation (Dialog(group = "input"));
-  parameter Integer operator_depth = 16 "Extrema that the memory holds" annotation (Dialog(group = "operator"));
+  parameter Integer operator_depth = 16 "Maximum number of stored extrema" annotation (Dialog(group = "operator"));
   parameter Real operator_x0 = 0.0 "Initial memory: the operator rests at x = x0, h = 0" annotation (Dialog(group = "operator"));
   parameter Integer features_n = 2 "Number of signals" annotation (Dialog(group = "features"));
   parameter Real features_gain[2] = {2.0, 1.4815072867033898} "Gain" annotation (Dialog(group = "features"));

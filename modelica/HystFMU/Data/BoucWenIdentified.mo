@@ -3,11 +3,11 @@ within HystFMU.Data;
 record BoucWenIdentified "Weighted plays, non-negative least squares; exact inverse"
   extends HystFMU.Data.IdentifiedModel(key = "prandtl_ishlinskii", Ts = 0.01, rms_percent = 2.2635904969199316, max_percent = 7.042518332744743);
   parameter Integer hysteresis_n = 20 "Number of play operators" annotation (Dialog(group = "hysteresis"));
-  parameter Integer hysteresis_depth = 16 "Extrema that the memory holds" annotation (Dialog(group = "hysteresis"));
+  parameter Integer hysteresis_depth = 16 "Maximum number of stored extrema" annotation (Dialog(group = "hysteresis"));
   parameter Real hysteresis_w0 = 0.579328632815038 "Weight of the linear term" annotation (Dialog(group = "hysteresis"));
   parameter Real hysteresis_r[20] = {0.06162793740736379, 0.12325587481472758, 0.18488381222209135, 0.24651174962945516, 0.30813968703681893, 0.3697676244441827, 0.4313955618515465, 0.4930234992589103, 0.5546514366662741, 0.6162793740736379, 0.6779073114810016, 0.7395352488883654, 0.8011631862957292, 0.862791123703093, 0.9244190611104568, 0.9860469985178206, 1.0476749359251845, 1.1093028733325483, 1.170930810739912, 1.2325587481472757} "Thresholds (play half-widths), not decreasing" annotation (Dialog(group = "hysteresis"));
   parameter Real hysteresis_w[20] = {0.0, 0.20864581620281056, 0.08583479829659839, 0.0, 0.0, 0.04269264931164872, 0.0, 0.3919838966442451, 0.0, 0.0, 0.14765473236679683, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4972208407048231, 0.0, 0.0} "Weights of the plays" annotation (Dialog(group = "hysteresis"));
-  parameter Real hysteresis_u0 = 0.0 "Initial memory: every play rests at this value" annotation (Dialog(group = "hysteresis"));
+  parameter Real hysteresis_u0 = 0.0 "Initial memory: every play rests at this value of u" annotation (Dialog(group = "hysteresis"));
   parameter Integer readout_n = 1 "Number of signals" annotation (Dialog(group = "readout"));
   parameter Real readout_gain[1] = {1.0} "Gain" annotation (Dialog(group = "readout"));
   parameter Real readout_offset[1] = {0.003180559383771859} "Offset, added after the gain" annotation (Dialog(group = "readout"));

@@ -14,7 +14,7 @@ equation
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> equations of the controller and of Control.DisturbanceObserver; inverse and plant in series are an almost linear plant for the observer.</p>
 <p><b>Source:</b> the scenarios pid_observer and lead_lag.</p>
-<p><b>Limitations:</b> those of the two blocks.</p>
+<p><b>Limitations:</b> as for the two blocks.</p>
 <p><b>Example:</b> <code>extends Observed(redeclare Control.Pid controller(Ts = Ts));</code> in <a href=\"modelica://HystFMU.Loops.ObservedPid\">Loops.ObservedPid</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>.</p>
 </html>"));

@@ -1,8 +1,8 @@
 within HystFMU.Loops;
 block SumOfTwo "Weighted sum of two signals"
   extends Icons.Block;
-  parameter Real k1 = 1 "Weight of the first" annotation (Dialog(group = "Parameters"));
-  parameter Real k2 = 1 "Weight of the second" annotation (Dialog(group = "Parameters"));
+  parameter Real k1 = 1 "Weight of the first input" annotation (Dialog(group = "Parameters"));
+  parameter Real k2 = 1 "Weight of the second input" annotation (Dialog(group = "Parameters"));
   Interfaces.RealInput u1 "First input" annotation (Placement(transformation(extent = {{-120, 30}, {-100, 50}})));
   Interfaces.RealInput u2 "Second input" annotation (Placement(transformation(extent = {{-120, -50}, {-100, -30}})));
   Interfaces.RealOutput y "Output" annotation (Placement(transformation(extent = {{100, -10}, {120, 10}})));

@@ -1,7 +1,5 @@
 """Foundations that every other subpackage may import: errors, arrays, untrusted files, child processes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 __version__ = "0.2.0"

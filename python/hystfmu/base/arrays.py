@@ -1,7 +1,5 @@
 """Common types of the package: float64 arrays of any shape, and functions that report progress."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

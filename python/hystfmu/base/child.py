@@ -8,8 +8,6 @@ calls; Windows does not support this class. Unlike a process of `multiprocessing
 terminal and the main module, and has no helper process that removes shared memory. It reads its task from a file.
 """
 
-from __future__ import annotations
-
 import ctypes
 import json
 import multiprocessing

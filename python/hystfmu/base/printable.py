@@ -4,8 +4,6 @@ Control characters, including U+0080 to U+009F, can control a terminal. Bidirect
 different name. XML 1.0 permits only few control characters, and UTF-8 permits no surrogates.
 """
 
-from __future__ import annotations
-
 import html
 import re
 import unicodedata

@@ -5,8 +5,6 @@ identified by hashes of their content. The log is a file in the output folder of
 the log is damaged, the step runs again.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

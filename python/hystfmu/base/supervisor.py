@@ -7,8 +7,6 @@ a SIGTERM, or after the end of its own parent, the supervisor ends the process.
 This module imports only the standard library, because the supervisor is a separate process that must start fast.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import json
 import os

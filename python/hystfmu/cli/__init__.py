@@ -1,7 +1,5 @@
 """The command line. The commands import slow modules only when they run, so that `hystfmu --help` is fast."""
 
-from __future__ import annotations
-
 import shlex
 from typing import Any
 

@@ -3,8 +3,6 @@
 The source of the function is parsed but not imported. Therefore these options do not slow down `--help` and completion.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import json

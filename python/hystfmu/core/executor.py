@@ -3,8 +3,6 @@
 The continuous-time executor has the functions that a solver of FMI Model Exchange needs.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 
 import numpy as np

@@ -3,8 +3,6 @@
 Names and default values of the blocks come from the X-macro tables in `fmu_build/core/blocks`.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import functools
 import itertools

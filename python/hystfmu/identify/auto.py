@@ -21,7 +21,8 @@ shorter part of the record (`hystfmu.identify.cuts`), or on the longest of sever
 fitted to all training rows.
 
 Exclusion. A kind is not compared if its memory contradicts the minor loops in the data. Rate-dependent kinds are not
-compared if the input has only one speed.
+compared if the input has only one speed. A kind is not fitted either if the fits so far show that it cannot be chosen
+(`_needless`).
 """
 
 from __future__ import annotations
@@ -37,16 +38,7 @@ import numpy as np
 from hystfmu.base.arrays import Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import (
-    CLOSES,
-    LAGS,
-    LATE,
-    OPENS,
-    Candidate,
-    candidates,
-    method,
-    too_large,
-)
+from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Candidate, candidates, method, too_large
 from hystfmu.identify.cuts import shortened
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
@@ -66,6 +58,7 @@ EXACT_INVERSE = "exact"
 LARGE = 2.0  # gap of minor loops (% of the span) above which static return-point models are excluded
 CLOSED = 0.05  # gap of minor loops (% of the span) up to which models with open loops are excluded
 BUDGET = 24.0  # estimated time for all candidates (s); it is not measured, so that the load does not change the choice
+EXPLAINED = 0.3  # error of a model, relative to the gap of minor loops, up to which it represents their gap
 HOPEFUL = 0.3  # expected share of the full cost for kinds with a trial fit, because most of them fail the trial
 LEAST_ROWS, FEWER = 2000, 0.9  # minimum number of rows of the comparison, and factor by which the number is reduced
 SHORT = 0.2  # cost of a short trial fit, relative to a full fit
@@ -117,19 +110,16 @@ def choose(
     entered, reasons = entrants(data, seen)
     most = affordable([c for _, c in entered.values()], data.train.stop)
     raced = shortened(data if data.train.stop <= most else data.longest(), most)
-    rows = raced.train.stop
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
     race.reasons |= reasons
     untried = list(reasons)
-    costs = {n: c.cost(rows) for n, (_, c) in entered.items()}
-    order = sorted(entered, key=lambda n: costs[n])
+    costs = {n: c.cost(raced.train.stop) for n, (_, c) in entered.items()}
     report = _Report(progress)
     total = 2 * sum(costs.values())  # the further folds and the last fit are assumed to take as long as the first fold
     done = 0.0
-    for name in order:
-        key, candidate = entered[name]
-        if race.explained():
-            race.reasons[name] = f"{race.best().name} has no error"
+    for name, (key, candidate) in sorted(entered.items(), key=lambda e: costs[e[0]]):
+        if needless := _needless(race, candidate, seen, only_invertible):
+            race.reasons[name] = needless
             untried.append(name)
             continue
         race.first(name, key, candidate, partial(report, done / total, (done + costs[name]) / total))
@@ -182,11 +172,7 @@ def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Cand
 
 
 def affordable(entered: Sequence[Candidate], rows: int) -> int:
-    """Return the number of rows, at most `rows`, to which all candidates can be fitted within `BUDGET` seconds.
-
-    `entered` contains the candidates. If the fits to `LEAST_ROWS` rows also take longer, the result is `LEAST_ROWS`, or
-    `rows` if there are fewer rows.
-    """
+    """Return the number of rows, from `LEAST_ROWS` to `rows`, to which all can be fitted in `BUDGET` seconds."""
     n = rows
     while n > LEAST_ROWS and sum(c.cost(n) * (HOPEFUL if c.tries(n) else 1.0) for c in entered) > BUDGET:
         n = max(LEAST_ROWS, int(FEWER * n))
@@ -256,6 +242,23 @@ def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
     if inverses is not None:
         equal = [t for t in equal if inverses.kind(t.model) == EXACT_INVERSE] or equal
     return min(equal, key=lambda t: t.parameters)
+
+
+def _needless(race: Race, candidate: Candidate, seen: Excitation, only_invertible: bool) -> str:
+    """Return the reason why a candidate cannot be chosen after the fits so far, or an empty text."""
+    if race.explained():
+        return f"{race.best().name} has no error"
+    others = [t for t in race.trials.values() if t.candidate.memory not in (LAGS, LATE)]
+    if race.poor or only_invertible or not others:  # the best model so far may have no useful inverse
+        return ""
+    if candidate.tries(race.data.train.stop) and race.at_noise():
+        return f"{race.best().name} has no error beside the noise"
+    best = min(others, key=race.excess)
+    if candidate.memory == LAGS and race.excess(best) <= FINE:
+        return f"{best.name} has an error of at most {FINE:g} % of the span without its rate dependence"
+    if candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT and race.excess(best) <= EXPLAINED * seen.gap:
+        return f"{best.name} represents the gap of {seen.gap:.2g} % of the span of the minor loops"
+    return ""
 
 
 def _rate(race: Race, seen: Excitation) -> str:

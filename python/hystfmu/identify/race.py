@@ -35,6 +35,7 @@ PART = 0.25  # share of the rows for the trial fit of an expensive kind without 
 SHOWN = 0.5  # a part of the rows must cover this share of the range of the input; otherwise all rows are used
 LOSER, HOPE = 1.5, 4.0  # ratio to the smallest error above which a candidate is stopped: after a fold, after a trial
 EXACT = 0.002  # error (% of the span) below which all errors count as equal
+GAIN = 0.3  # error beside white noise, relative to the noise, below which no expensive candidate is fitted
 SURE = 2.0  # number of standard errors of a difference that noise can explain
 UNCERTAIN = 4.0  # n times the relative variance of error minus noise on n rows; error and noise contribute 2 each
 OUTSIDE = 3.0  # assumed error (% of the span) of a network or of local parameters in states outside the training rows
@@ -204,6 +205,17 @@ class Race:
     def explained(self) -> bool:
         """Return whether a candidate has only rounding errors on the validation rows."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
+
+    def at_noise(self) -> bool:
+        """Return whether the errors of a candidate on the validation rows are white noise, but for a small part.
+
+        The products of neighbouring errors show the part of the errors that another candidate could remove. This part
+        must be less than `GAIN` times the noise.
+        """
+        best = min(self.trials.values(), key=self.excess)
+        e, square = best.errors, best.square
+        part = float(np.mean(e[1:] * e[:-1])) + SURE * square / len(e) ** 0.5
+        return not best.outside and part <= (GAIN * self.sigma) ** 2 and square <= (1 + GAIN**2) * self.sigma**2
 
     def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
         """Fit a candidate to the rows outside the first fold; add it to the compared or to the excluded candidates.

@@ -10,8 +10,6 @@ The default options are suitable for operation without feedback. If a feedback c
 ``f_h`` = 30 Hz and ``T`` = 100 s. The controller then corrects slow errors and drift (see scenarios/adaptive_pid).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

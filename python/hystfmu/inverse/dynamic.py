@@ -20,8 +20,6 @@ smallest number of steps for which this error is at most `ACCURATE` at a tenth o
 output with kinks, such as a triangle, has high frequencies, so the cascade follows it with an error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise

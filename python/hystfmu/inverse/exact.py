@@ -4,8 +4,6 @@ A model with covariates also has blocks that depend only on covariates. Their ou
 products. The inverse solves these sums and products for the signal of the chain.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

@@ -11,8 +11,6 @@ the second term before the search. This block has no direct feed-through: its in
 so its output is constant during the search.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

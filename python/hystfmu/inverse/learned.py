@@ -19,8 +19,6 @@ Recipe, after Zhao & Tan 2008, section III:
 Trap: the training uses small matrices, for which two threads take ten times as long as one thread.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

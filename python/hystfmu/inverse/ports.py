@@ -1,7 +1,5 @@
 """Assembly of an inverse model. Its ports, start values, input range and provenance come from the inverted model."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any

@@ -4,8 +4,6 @@ A model file has the name `*.model.toml`. The first input of a graph is the driv
 covariates, which are identified by their names.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

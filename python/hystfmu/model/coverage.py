@@ -11,8 +11,6 @@ differences, each relative to the range of its feature. For example, a decaying 
 features, but only a small part of the states of a bank of plays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Data of a model for the explorer of an HTML page: block files, adjustable values, and states of the memory."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError

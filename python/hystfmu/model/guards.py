@@ -17,8 +17,6 @@
 - Coverage. For a network, the coverage is the share of the states of other signals that are near the training rows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Block of one realisation of an exported model: library components, connections, and parameters from the record."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from hystfmu.base.errors import InputError

@@ -1,7 +1,5 @@
 """Modelica class of a block of a graph: location of the library HystFMU, name and parameters of the class."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 The function computes one step of the blocks on the path from the output u of the inverse to its input h.
 """
 
-from __future__ import annotations
-
 import operator
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Positions of components and ports in a diagram. A source is placed to the left of the components that it drives."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

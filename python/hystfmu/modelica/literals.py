@@ -1,7 +1,5 @@
 """Modelica literals: exact numbers, escaped strings, and valid names."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 

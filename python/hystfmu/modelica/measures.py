@@ -1,7 +1,5 @@
 """Units of measure of an exported block. The ports are in SI units, the components in units of the data."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from hystfmu.fmu.write.measures import parsed

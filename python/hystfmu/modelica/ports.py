@@ -1,7 +1,5 @@
 """Partial block of an exported model with its ports in SI units, and equations for the rates of its inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from hystfmu.base.errors import InputError

@@ -1,7 +1,5 @@
 """Realisations of an exported model (sampled, with events at reversals, smooth) and the classes of their components."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Modelica record with all numeric parameters of a model, under the same names as in the FMU."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base.arrays import Array

@@ -1,7 +1,5 @@
 """Connections and equations of a block for the wires of a graph. The ports of the block are in SI units."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

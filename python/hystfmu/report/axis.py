@@ -3,8 +3,6 @@
 `common.js` contains the same functions for axes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -5,8 +5,6 @@ names fits on a narrow screen. In a page, a reader can select a range on an axis
 (`parallel.js`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The explorer contains the compressed C core as WebAssembly, and the block files 
 requests.
 """
 
-from __future__ import annotations
-
 import base64
 import functools
 import json

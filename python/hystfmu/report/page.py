@@ -1,7 +1,5 @@
 """HTML pages with tables, plots and explorers. A page is a single file and makes no network requests."""
 
-from __future__ import annotations
-
 import base64
 import functools
 import hashlib

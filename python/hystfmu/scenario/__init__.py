@@ -1,7 +1,5 @@
 """Closed-loop scenarios: read a scenario.toml, run its cases, compare the results with limits and baseline."""
 
-from __future__ import annotations
-
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, simulate
 from hystfmu.scenario.outcome.result import Change, Verdict
 from hystfmu.scenario.outcome.trace import Trace

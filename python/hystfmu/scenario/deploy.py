@@ -12,8 +12,6 @@ output `y` and the outputs of sources that are connected to the controller. The 
 output is bit-identical to the command in the scenario.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

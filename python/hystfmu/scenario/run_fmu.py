@@ -1,7 +1,5 @@
 """Simulate a single foreign FMU without a scenario, with inputs from a file and outputs to a file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

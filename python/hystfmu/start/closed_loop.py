@@ -7,8 +7,6 @@ loop consists of feed-forward and inverse, and a note states the reason.
 The table of compared controller structures states the expected error for each reference, overshoot and settling time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ does not determine a natural frequency outside the band in which input and outpu
 is static, with a possible resonance at any frequency above the band.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -20,8 +20,6 @@ parameters, the information is another quantity: the share of the model states o
 states in the record.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

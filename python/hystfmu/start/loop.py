@@ -6,8 +6,6 @@ and a noise source represents the sensor noise. Devices with changed parameters 
 record leaves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

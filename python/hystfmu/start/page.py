@@ -5,8 +5,6 @@ If no loop could be built, the report states the reason.
 Terminal, report, verdict.json and exit status state the same verdict.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

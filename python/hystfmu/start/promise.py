@@ -10,8 +10,6 @@ white sensor noise. The frequencies of this spectrum are relative to the mean cy
 errors of the hysteresis are at fixed harmonics of the reference.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """References for the test of a loop: shape, frequency, amplitude and spectrum."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

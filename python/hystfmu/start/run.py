@@ -4,8 +4,6 @@ A study file is also written. The study simulates the loop with random devices s
 the share of devices with which the loop meets the limits.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

@@ -4,8 +4,6 @@ The page shows the shares of variations inside the limits, the distributions of 
 outcome (inside the limits, outside, unstable, failed) changed.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

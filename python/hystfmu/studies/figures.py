@@ -13,8 +13,6 @@ is the sum over all terms with this parameter (Sudret 2008, Reliability Engineer
 expansion has the degree with the smallest leave-one-out error.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Report of a study: share of variations inside the limits, distributions, effects of parameters, worst runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Choose the variations of a study: grid, random values, Sobol points, Latin hypercube, or Optuna."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Sequence

@@ -10,8 +10,6 @@ renamed, and their runs are repeated. The final table is `results.parquet`, sort
 time, machine or order of the runs.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os

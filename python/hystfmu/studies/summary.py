@@ -3,8 +3,6 @@
 Two studies are compared by the summary and verdicts in report.json, and by the rows in results.parquet.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -4,8 +4,6 @@ The metrics of a run, and the objective of a study, may include the peak of the 
 its stability in the worst-case parameter sets.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

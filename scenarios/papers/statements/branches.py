@@ -5,8 +5,6 @@ together determine the output of the hysteresis. This is false if two branches c
 outputs differ at the crossing.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 

@@ -3,8 +3,6 @@
 The theorem is tested with the Preisach operator of eq. 1 as hysteresis.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base.arrays import Array

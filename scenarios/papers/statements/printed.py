@@ -7,8 +7,6 @@ Therefore it grows without bound and is not a function of the hysteresis state. 
 that is not wiped out (dominant extremum). This module uses the last extremum, as in the text of the paper.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -4,8 +4,6 @@ The block uses Everett integrals. The sum is eq. 1 of the IPMC paper and of Yu &
 the increment of the output after an extremum u_p, is also tested.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base.arrays import Array

@@ -1,7 +1,5 @@
 """Numerical tests of eqs. 1 to 7 of Shen & Ma 2017: the operator and the printed normal equations."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base.arrays import Array

@@ -6,8 +6,6 @@ s/(s + eps) = D, which is quadratic in s. The printed bound eps/(eta - 1) contai
 from the law.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

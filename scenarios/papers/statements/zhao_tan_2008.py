@@ -5,8 +5,6 @@ the paper. In our method, a branch starts at the last extremum that is not wiped
 inverse of eq. 1 is exact. The hysteresis consists of the ten backlash operators of section II.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base.arrays import Array

@@ -119,7 +119,7 @@ set = {{ {tones}, "plant.g0_f_n" = "*1.2", "plant.hysteresis_w" = "*0.8" }}
 
 [[case]]
 name = "two_steps_100"
-text = "triangle at 100 Hz, one more step of delay than the design knows of"
+text = "triangle at 100 Hz, one more step of delay than the design considers"
 stop = 0.2
 after = 0.15
 set = {{ {tones}, "delay.n" = 2 }}
@@ -133,7 +133,7 @@ units.feedforward = {{ block = "reference", dims = {{ m = 11 }}, values = {{ sha
 
 [[case]]
 name = "slow"
-text = "triangle at 0.5 Hz: what is left is the noise of the position"
+text = "triangle at 0.5 Hz: the error is the noise of the position"
 stop = 0.2
 after = 0.1
 set = {{ "reference.frequency" = 0.5 }}

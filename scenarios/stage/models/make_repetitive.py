@@ -30,7 +30,7 @@ extends = "../{name}/scenario.toml"
 block = "sum"
 dims = {{ n = 4 }}
 values = {{ k = [1.0, 1.0, 1.0, -1.0] }}
-text = "wanted output of the actuator: feed-forward, controller and what the repetitive part adds to the reference"
+text = "wanted output of the actuator: sum of feed-forward, controller and repetitive part"
 
 [connections]
 "repetitive.y_d" = "reference.r"

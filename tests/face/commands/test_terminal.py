@@ -216,7 +216,7 @@ def test_the_kinds_of_model_are_listed_with_every_option() -> None:
     for key, text in listed.items():
         for o in options(key):
             assert o.text, f"{key}: {o.name} has no text"
-            line = next(line for line in text.splitlines() if line.split()[:1] == [o.name])
+            line = next(line for line in text.splitlines()[1:] if line.split()[:1] == [o.name])
             assert o.rule in line
             assert line.endswith(o.text)
 
@@ -293,7 +293,14 @@ def test_every_command_is_here_or_has_no_table() -> None:
     assert {*TABLES, *WITHOUT, *MINUTES} == {*main.commands}
 
 
-@pytest.mark.parametrize("words", [words for listed in TABLES.values() for words in listed])
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
+        for name, listed in TABLES.items()
+        for words in listed
+    ],
+)
 def test_no_line_is_longer_than_the_terminal(words: str, narrow: Path) -> None:
     done = CliRunner().invoke(main, shlex.split(words))
     assert done.exit_code in (0, 1), done.output

@@ -56,6 +56,7 @@ def test_needs_libc_only() -> None:
     assert max(tuple(map(int, v.split("."))) for v in versions) <= (2, 17)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O2", marks=pytest.mark.stress)])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_compiles_without_a_warning(tmp_path: Path, compiler: str, mode: str) -> None:
@@ -127,7 +128,7 @@ PLACES = {"memory", "extrema", "at", "oldest", "counter", "samples", "count"}
 REACHES = {b for b in BLOCKS if PLACES & {v.name for v in block_types()[b].of("state")}}
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(2)
 @pytest.mark.parametrize(
     "name", ["loop", *(pytest.param(b, marks=[] if b in REACHES else pytest.mark.stress) for b in BLOCKS)]
 )

@@ -210,7 +210,7 @@ DEFECTS = {  # of some releases
 }
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", REFERENCES)
 def test_reference_fmu_passes(name: str) -> None:
     problems = hy.validate(reference_fmu(name))

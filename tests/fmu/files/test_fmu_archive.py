@@ -371,6 +371,7 @@ def test_a_cache_that_cannot_be_a_folder(cache: Path, tmp_path: Path, monkeypatc
     assert files(unpacks(fmu)) == packed(fmu)
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
 def test_a_cache_that_cannot_be_written(name: str) -> None:
     with closing(User(name)) as user:

@@ -164,7 +164,7 @@ def marked(name: str, few: tuple[str, ...]) -> Any:
     return pytest.param(name, marks=[] if name in few else pytest.mark.stress, id=name)
 
 
-@pytest.mark.some(8)
+@pytest.mark.some(4)
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_loop_in_fmpy(name: str, tmp_path: Path) -> None:
     case, fmi = Cases(SCENARIOS / name).cases[0], (2, 3)[SHIPPED.index(name) % 2]

@@ -249,6 +249,7 @@ def test_a_loop_with_a_reference_fmu(name: str, separate: bool, tmp_path: Path) 
         assert error(written.path, reader, case.step) < BOUND, reader
 
 
+@pytest.mark.stress
 def test_a_loop_with_a_foreign_fmu(tmp_path: Path) -> None:
     plays = Node("plays", "backlash_sum", {}, {"w0": 0.3, "r": [0.1, 0.2, 0.3], "w": [0.3, 0.2, 0.1]})
     fmu = export_fmu(Graph.single(plays), tmp_path / "plays.fmu")

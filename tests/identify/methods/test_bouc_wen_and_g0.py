@@ -118,7 +118,9 @@ def test_the_training_rows_alone_are_scaled_and_fitted(device, late):
 @pytest.mark.parametrize("u0", [None, 18.0])
 def test_plays_of_finer_thresholds_in_two_rounds(monkeypatch, search, data, least, u0):
     told = []
-    monkeypatch.setattr(weighted_sums, "uncertainty", lambda residuals, *more: np.array([np.ptp(residuals(G)), 0, 0]))
+    monkeypatch.setattr(
+        weighted_sums, "uncertainty", lambda plays, *more: np.array([np.ptp(plays.project(G)[0]), 0, 0])
+    )
     graph, parameters, found = g0_prandtl_ishlinskii(data, {**PI, "w0_min": least, "u0": u0}, 0, told.append)
     x, half = scaled(data.u, TRAIN), np.ptp(data.u[TRAIN]) / 2
     x0 = x[0] if u0 is None else (2 * u0 - data.u[TRAIN].max() - data.u[TRAIN].min()) / np.ptp(data.u[TRAIN])
@@ -133,7 +135,7 @@ def test_plays_of_finer_thresholds_in_two_rounds(monkeypatch, search, data, leas
 
     first = thresholds(x[TRAIN], 4)
     g = Dynamics(50.0, 0.6, H)
-    assert search[0][0](g) == pytest.approx((solved(first, g)[1] - data.y)[TRAIN], abs=1e-9)
+    assert search[0][0].project(g)[0] == pytest.approx((solved(first, g)[1] - data.y)[TRAIN], abs=1e-9)
     assert search[0][1] is None
     assert len(search) == 3
     assert [near for _, near in search[1:]] == [G, G]
@@ -160,7 +162,7 @@ def test_more_than_5000_rows_are_thinned(search):
     for n, rows in ((5000, 5000), (5001, 2501)):
         search.clear()
         g0_prandtl_ishlinskii(Dataset.from_signal(u[:n], 2 * u[:n] + 1, H, "long"), PI, 0, lambda f: None)
-        assert len(search[0][0](G)) == rows
+        assert len(search[0][0].project(G)[0]) == rows
 
 
 # ---- Bouc-Wen alone --------------------------------------------------------------------------------------------------

@@ -49,6 +49,7 @@ def stage(u, m=2e-5, c=8e-4, k=1.0, springs=((0.03, 0.2), (0.1, 0.25), (0.25, 0.
     return np.array(out)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("name", "key"), [("LuGre", "lugre"), ("slip stage", "maxwell_slip_oscillator")])
 def test_a_foreign_device_to_the_noise_of_its_record(name, key, form):
@@ -79,6 +80,7 @@ def test_the_numbers_of_the_friction_are_found_in_units_of_measure():
     assert model.fit["parameters"] == 9
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_numbers_of_the_stage_are_found_from_two_records(sign):
     rng = np.random.default_rng(2)

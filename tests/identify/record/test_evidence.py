@@ -42,6 +42,7 @@ def slow_sine(rows=3000, h=1e-3, modes=((700.0, 0.02, 1.0),)):
     return record(u, h, modes, 0, 5e-4, np.random.default_rng(), bend=0.05, creep=0.02)
 
 
+@pytest.mark.stress
 def test_modes_delay_and_noise_of_drawn_devices_with_a_chirp():
     seed = int(np.random.SeedSequence().generate_state(1)[0])
     rng, unknown = np.random.default_rng(seed), 0
@@ -70,6 +71,7 @@ def test_modes_delay_and_noise_of_drawn_devices_with_a_chirp():
     assert unknown < 2, seed
 
 
+@pytest.mark.stress
 def test_a_chirp_in_the_last_second_of_a_slow_record_shows_both_modes():
     h, rng = 1e-4, np.random.default_rng()
     t = fine_time(30_000, h)
@@ -136,6 +138,7 @@ def test_short_records_have_evidence_that_a_file_can_hold(rows):
     assert Evidence.from_dict(table).to_dict() == table
 
 
+@pytest.mark.stress
 def test_long_records_are_quick():
     rng = np.random.default_rng()
     t = np.arange(100_000) * 1e-4

@@ -160,6 +160,7 @@ OPEN = {
 }
 
 
+@pytest.mark.some(5)
 @pytest.mark.parametrize("name", OPEN)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_open_loop_records_are_not_warned_about(name, seed):

@@ -42,6 +42,7 @@ def test_a_fit_to_several_records_forgets_between_them(parts):
     assert model.provenance["starts"] == list(data.starts)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("key", KINDS)
 def test_every_kind_that_takes_records_runs_each_from_a_fresh_start(key, parts):
     data = Dataset.joined(parts)

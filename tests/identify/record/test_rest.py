@@ -27,6 +27,7 @@ def record(before: float, noise: float = 1e-4, small: int = 0) -> hy.Dataset:
     return hy.Dataset(1e-3 * np.arange(2500), u, y + noise * np.ptp(y) * rng.standard_normal(2500))
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("before", [0.0, 1000.0])
 def test_a_device_that_came_from_one_side_is_followed_from_row_0(before: float) -> None:
     data = record(before)
@@ -36,6 +37,7 @@ def test_a_device_that_came_from_one_side_is_followed_from_row_0(before: float) 
     assert hy.fit(data, "prandtl_ishlinskii", u0=500.0).fit["rms_percent"] > 1.0, "the option has the last word"
 
 
+@pytest.mark.stress
 def test_a_bent_output_does_not_hide_where_the_memory_rested() -> None:
     """A bias inside the range, not at an end of it; the bend alone leaves more than the memory would gain."""
     rng = np.random.default_rng(int(np.random.default_rng().integers(2**31)))
@@ -48,6 +50,7 @@ def test_a_bent_output_does_not_hide_where_the_memory_rested() -> None:
     assert hy.fit(data, "actuator").fit["rms_percent"] < 0.3 * at_first
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("seed", [31001, pytest.param(31002, marks=pytest.mark.stress)])
 def test_a_bank_of_plays_finds_its_memory_after_reversals_before_the_record(seed: int) -> None:
     """Plays behind tanh that were driven to four random inputs: without the estimate, 1.8 to 2.1 %FS."""
@@ -69,6 +72,7 @@ def test_a_bank_of_plays_finds_its_memory_after_reversals_before_the_record(seed
     assert worse > 10 * error, "the option has the last word"
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("seed", [791833505, 1484129994, 1633532985, 1984664301, 1096862116, 1465311428])
 def test_a_butterfly_that_plays_do_not_describe_stays_at_rest(seed: int) -> None:
     """Each of these was put to another input, and its model erred by 0.9 instead of 0.03 %FS on other signals."""
@@ -114,6 +118,7 @@ def path(turns: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(40 * (len(turns) - 1) + 1) / 40, np.arange(len(turns)), turns)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("key", ["bouc_wen", "duhem", "g0_bouc_wen"])
 def test_a_model_of_bouc_wen_or_duhem_moves_to_the_first_input(key: str) -> None:
     rng = np.random.default_rng(int(np.random.default_rng().integers(2**31)))

@@ -11,8 +11,9 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, search, uncertainty, unknown
+from hystfmu.identify.estimate.dynamics import Dynamics, bounds, unknown
 from hystfmu.identify.estimate.search import Differences, standard_errors
+from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
@@ -24,34 +25,42 @@ DATA = Dataset.from_signal(np.arange(400.0), np.arange(400.0), H, "d", slice(100
 LO, HI = np.log([1 / 0.2, 0.01, 1.0]), np.array([np.log(500), np.log(5), 10.0])
 
 
-def point_error(g):
+class Known:
+    """Residuals that are a known function of the dynamics, in place of weighted signals before the dynamics."""
+
+    def __init__(self, of, size):
+        self.of, self.size, self.tried = of, size, []
+
+    def thinned(self):
+        return self
+
+    def differences(self, beside, limits):
+        def residuals(p):
+            self.tried.append(Dynamics.at(p, H, beside))
+            return self.of(p) / self.size
+
+        return Differences(residuals, np.ones(3), limits)
+
+
+def from_minimum(p):
     """Residuals that are linear in the point of the search."""
-    return 199 * np.sqrt(200) * np.array([1.0, 2.0, 3.0]) * (g.point(H) - [np.log(60), np.log(0.5), 3.0])
+    return np.array([1.0, 2.0, 3.0]) * (p - [np.log(60), np.log(0.5), 3.0])
 
 
 def test_a_long_record_is_searched_over_four_decades():
     u = np.arange(2_000_000.0)
-    tried = []
-
-    def residuals(g):
-        tried.append(g.f_n)
-        return point_error(g)
-
-    search(residuals, Dataset.from_signal(u, u, 1e-4), OPTIONS, lambda f: None)
-    assert min(tried) == pytest.approx(0.5, rel=1e-3)
-    assert max(tried) == pytest.approx(5000, rel=1e-3)
+    known = Known(from_minimum, 1.0)
+    search(known, Dataset.from_signal(u, u, 1e-4), OPTIONS, lambda f: None)
+    assert min(g.f_n for g in known.tried) == pytest.approx(0.5, rel=1e-3)
+    assert max(g.f_n for g in known.tried) == pytest.approx(5000, rel=1e-3)
 
 
 def test_each_point_is_filtered_once():
-    count = []
-
-    def residuals(g):
-        count.append(g.point(H).tobytes())
-        return point_error(g)
-
-    search(residuals, DATA, OPTIONS, lambda f: None, Dynamics(70.0, 0.4, 3 * H))
-    assert len(count) > 4
-    assert all(a != b for a, b in pairwise(count))
+    known = Known(from_minimum, 1.0)
+    found = search(known, DATA, OPTIONS, lambda f: None, Dynamics(70.0, 0.4, 3 * H))
+    assert found.point(H) == pytest.approx([np.log(60), np.log(0.5), 3.0])
+    assert len(known.tried) > 4
+    assert all(a != b for a, b in pairwise(known.tried))
 
 
 @pytest.mark.parametrize(("at", "sign"), [(HI[2] - 2e-5, 1), (HI[2] - 0.5e-5, -1)])
@@ -68,17 +77,34 @@ def test_standard_errors_of_what_is_free():
     rng = np.random.default_rng(2)
     J, e = rng.normal(size=(200, 3)), rng.normal(size=200)
 
-    def residuals(g):
-        return e + J @ (g.point(H) - [np.log(60), np.log(0.5), 0.0])
+    def near(at):
+        return Known(lambda p: e + J @ (p - at), 1.0)
 
-    found = uncertainty(residuals, g, DATA, OPTIONS)
+    found = uncertainty(near([np.log(60), np.log(0.5), 0.0]), g, DATA, OPTIONS)
     want = standard_errors(e, J, np.array([True, True, False]))
     assert found == pytest.approx(want, rel=1e-3)
     assert found[2] == 0
-    inner = uncertainty(
-        lambda g: e + J @ (g.point(H) - [np.log(60), np.log(0.5), 3.0]), replace(g, delay=3 * H), DATA, OPTIONS
-    )
+    inner = uncertainty(near([np.log(60), np.log(0.5), 3.0]), replace(g, delay=3 * H), DATA, OPTIONS)
     assert inner == pytest.approx(standard_errors(e, J, np.ones(3, dtype=bool)), rel=1e-3)
+
+
+def test_the_jacobian_of_weighted_signals_is_that_of_the_projected_residuals():
+    """Kaufman's Jacobian neglects a term of second order in the residuals, which are 0 here at the true dynamics."""
+    rng = np.random.default_rng(5)
+    signals = np.column_stack([np.cumsum(rng.normal(size=(400, 2)), axis=0), np.ones(400)])
+    true, rows = Dynamics(60.0, 0.5, 2.5 * H), np.arange(100, 300, 2)
+    y = np.zeros(400)
+    y[rows] = true.filter(signals, H, "foh", rows) @ [2.0, -1.0, 3.0]
+
+    def fit(seen, y):
+        return np.linalg.lstsq(seen, y, rcond=None)[0], np.ones(3, dtype=bool)
+
+    weighted = Weighted(signals, Dataset.from_signal(np.arange(400.0), y, H), rows, "foh", fit)
+    of = weighted.differences((), (LO - 5, HI + 5))
+    p = true.point(H)
+    assert of.residuals(p) == pytest.approx(np.zeros(100), abs=1e-12)
+    want = np.column_stack([(of.residuals(p + d) - of.residuals(p - d)) / 2e-5 for d in 1e-5 * np.eye(3)])
+    assert of.jacobian(p) == pytest.approx(want, abs=1e-3 * np.abs(want).max())
 
 
 def test_bounds_leave_room_for_a_delay_of_nothing():
@@ -107,7 +133,7 @@ def test_a_rest_of_a_millionth_of_a_sample_is_none(rest, order):
 
 def test_columns_shorter_than_the_delay_rest():
     columns = np.arange(4.0)[:, None] + 2
-    out = Dynamics(60.0, 0.5, 9 * H).filter(columns, H, "foh")
+    out = Dynamics(60.0, 0.5, 9 * H).filter(columns, H, "foh", np.arange(4))
     assert out[:, 0] == pytest.approx(np.full(4, 2.0))
 
 

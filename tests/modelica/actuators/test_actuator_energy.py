@@ -217,6 +217,7 @@ ACTIVE = {
 }
 
 
+@pytest.mark.stress
 def test_a_class_that_is_not_shown_to_be_passive_says_so() -> None:
     """The stacks warn, which lets the simulation go on."""
     declared = PARTS + "".join(f"  HystFMU.Actuators.Stack {n}({s});\n" for n, s in ACTIVE.items())

@@ -28,6 +28,7 @@ def simulated(text: str, packages: tuple[Path, ...]) -> dict[str, np.ndarray]:
     return simulate.solve_text(text, 0.2, 1e-4, 1e-9, packages=packages).values
 
 
+@pytest.mark.stress
 def test_a_controller_of_the_library_holds_a_stack_on_its_reference() -> None:
     """A spring beside the load takes a twentieth of the stroke, which the integral part gives back."""
     with_it = simulate.run("HystFMU.Examples.StackInLoop").instants()

@@ -53,6 +53,7 @@ def test_a_stack_resonates_where_its_data_sheet_says() -> None:
     )
 
 
+@pytest.mark.stress
 def test_a_data_sheet_that_gives_energy_away_is_refused() -> None:
     """The small-signal capacitance of a real data sheet cannot feed its own stroke and force."""
     declared, joined = held_at(1.0, "DataSheetStack stack(data(C_ratio = 1, C_small = 2e-6))")
@@ -117,6 +118,7 @@ def drive(kind: str, command: str, stop: float, declared: str = "", joined: str 
     return bench.run(parts, joined, stop=stop)
 
 
+@pytest.mark.stress
 def test_a_voltage_drive_keeps_its_limits() -> None:
     """A step to twice its range: slew rate without load, then the current into 6 uF, then the least upper limit."""
     v = drive("VoltageDrive", "2.0", 0.02)

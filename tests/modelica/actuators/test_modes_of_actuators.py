@@ -114,6 +114,7 @@ def test_a_load_adds_to_the_own_mass_and_not_to_the_damping(ratio: float, tmp_pa
     assert zeta == pytest.approx(model.fit["zeta"] / np.sqrt(1 + ratio), rel=0.02)
 
 
+@pytest.mark.stress
 def test_an_unknown_mode_gives_no_mass(tmp_path: Path) -> None:
     """Tones up to a fifteenth of the resonance, in noise."""
     model = fitted("g0_prandtl_ishlinskii", 20.0, 0.3)

@@ -78,7 +78,7 @@ def test_folder_with_files_of_others_is_left_alone(foreign: str, tmp_path: Path)
     else:
         (package / foreign).write_text("within Piezo; // edited by hand\n")
     before = sorted(package.iterdir())
-    with pytest.raises(InputError, match=f"{foreign.rstrip('/')}: not written by an export"):
+    with pytest.raises(InputError, match=f"{foreign.rstrip('/')}: an export replaces the folder, but did not write"):
         export_modelica(large_network(), tmp_path, "Piezo")
     assert sorted(package.iterdir()) == before
     assert [p.name for p in tmp_path.iterdir()] == ["Piezo"]
@@ -86,7 +86,7 @@ def test_folder_with_files_of_others_is_left_alone(foreign: str, tmp_path: Path)
 
 def test_a_file_in_the_place_of_the_package_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "Piezo").write_text("mine")
-    with pytest.raises(InputError, match="not a folder that an export wrote"):
+    with pytest.raises(InputError, match="no export wrote this folder"):
         export_modelica(MADE["dynamics"](), tmp_path, "Piezo")
     assert (tmp_path / "Piezo").read_text() == "mine"
 

@@ -166,6 +166,7 @@ def two_ports(*behind: Node) -> Model:
     )
 
 
+@pytest.mark.stress
 def test_rate_is_the_sum_of_the_rates_of_ports(tmp_path: Path) -> None:
     for o in exported.compare_realisations(two_ports(), "two_ports", tmp_path):
         print(exported.line(o))

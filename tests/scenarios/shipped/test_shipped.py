@@ -207,7 +207,7 @@ def test_papers_are_complete(folder: Path) -> None:
 def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
     for case in Cases(ROOT / "papers" / name).cases:
         met = recorded(f"papers/{name}")[case.name][metric] <= printed
-        assert met == ("the paper's figure is missed" not in case.text)
+        assert met == ("the error exceeds that of the paper" not in case.text)
         assert not met or case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
 
 

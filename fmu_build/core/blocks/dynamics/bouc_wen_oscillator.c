@@ -122,7 +122,7 @@ HYST_TANGENT_FN(tangent) {
              (*gamma * (d_speed * *f + *nu * hyst_fabs(*v) * *s_f) + *delta * (*s_v * size + *nu * *v * d_size));
 }
 /* The steps of update(), each with its derivative: that of the balance and of the trapezoidal rule, by the Jacobian of
- * Newton's method.  Between the parts of a divided step the force follows from the balance, as there. */
+ * Newton's method. Between the parts of a divided step the force follows from the balance, as in update(). */
 HYST_SENSITIVITY_FN(sensitivity) {
   HYST_OPEN_SENSITIVITY
   const plant p = PLANT;

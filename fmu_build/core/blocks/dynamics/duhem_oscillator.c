@@ -1,4 +1,4 @@
-/* Oscillator with a Duhem force of free shape, which needs no law such as that of Bouc and Wen:
+/* Oscillator with a Duhem force of any shape, not only that of the law of Bouc and Wen:
  *   m_L y'' + c_L y' + k_L y + z = u,   dz/dy = f(s z), s = sgn(y')
  * f is piecewise linear on n equal knots over [-z_max, z_max], constant beyond them, and the same for both directions
  * of motion.  With f(-x) >= f(x) and f(-x) > 0 for x >= 0 the force is passive: it stores at most

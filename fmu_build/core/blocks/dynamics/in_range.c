@@ -1,4 +1,5 @@
-/* In range: whether every signal lies within its limits.  Beside a model it says whether the input was seen by the fit.
+/* In range: whether every signal lies within its limits. In parallel to a model, it shows if the input is within the
+ * range of the fit.
  */
 #include "core/hyst.h"
 

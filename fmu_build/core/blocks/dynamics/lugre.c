@@ -1,10 +1,10 @@
 /* LuGre friction: the force of elastic bristles over the displacement u of one surface along the other.
  *   z' = v - |v| z / d(v),   d(v) = d_c + (d_s - d_c) e^(-(v/v_s)^2),   y = sigma_0 z + sigma_1 z' + sigma_2 v,   v =
  * u' d is the deflection of steady motion, g / sigma_0 for the force g of the paper, so that y is linear in all sigma.
- * u is a ramp over a step.  For its constant velocity z approaches sgn(v) d(v) by an exponential in the path of u: a
- * step is exact, whatever its length, and no step is too long for stiff bristles.  d_s = d_c and sigma_1 = 0 make the
- * model of Dahl.  Canudas de Wit, Olsson, Astrom & Lischinsky, IEEE Trans. Automat. Control 40 (1995) 419-425.
- * The output depends on the current input, so the state holds the last step and its start values. */
+ * u is a ramp over a step. At constant velocity, z approaches sgn(v) d(v) exponentially along the path of u. Therefore
+ * a step of any length is exact, also for stiff bristles. The model of Dahl has d_s = d_c and sigma_1 = 0. Canudas de
+ * Wit, Olsson, Astrom & Lischinsky, IEEE Trans. Automat. Control 40 (1995) 419-425. The output depends on the current
+ * input, so the state holds the last step and its start values. */
 #include "core/elementary/elementary.h"
 #include "core/hyst.h"
 

@@ -32,7 +32,7 @@ static double friction(int n, const double *k, const double *r, const double *s)
   return sum;
 }
 
-/* whether the spring takes up a motion in the direction of v */
+/* returns 1 if the spring takes up a motion in the direction of v */
 static int follows(double s, double r, double v) { return v > 0 ? s < r : s > -r; }
 
 /* number of steps of at most a tenth of a radian in dt */

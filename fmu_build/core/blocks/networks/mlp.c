@@ -25,7 +25,7 @@ static inline void relu(hyst_lanes *a, int n) {
   for (int i = 0; i < n; i++) a[i] = hyst_lanes_choose((hyst_lanes_bits)(a[i] > zero), a[i], zero);
 }
 
-/* b + W u for m times HYST_LANES neurons, side by side: one sum alone would wait for each of its additions */
+/* computes b + W u for m HYST_LANES neurons in parallel, because a single sum waits for each addition */
 static inline void weighted(hyst_lanes *a, const double *b, const double *W, const double *u, int n, int m) {
   hyst_lanes sum[SIDE_BY_SIDE];
   for (int i = 0; i < m; i++) sum[i] = hyst_lanes_of(b[HYST_LANES * i], b[HYST_LANES * i + HYST_LANES - 1]);

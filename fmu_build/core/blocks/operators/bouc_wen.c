@@ -122,7 +122,7 @@ HYST_TANGENT_FN(tangent) {
   *t_z = (*A - (v > 0 ? *gamma + *beta : *gamma - *beta) * hyst_pow(hyst_fabs(v), *n)) * *s_u;
   *t_y = *k * (*alpha * *s_u + (1 - *alpha) * *t_z);
 }
-/* dv/dxi, and the derivatives of v by A and by c at the same xi; n is left to differences */
+/* dv/dxi, and the derivatives of v by A and by c at the same xi; the derivative by n is left to differences */
 typedef struct {
   double rate, A, c;
 } by_law;

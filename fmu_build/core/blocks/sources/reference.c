@@ -30,8 +30,8 @@
 
 enum { SINE, TRIANGLE, DECAYING_SINE, MULTISINE, STEPS, RANDOM_REVERSALS };
 
-/* Rises through 0 at the start of a cycle, as the sine does.  Around its extrema, for `turn` of the time, parabolas
- * join the lines: constant acceleration, and a higher speed of the lines, so that the extrema stay. */
+/* Rises through 0 at the start of a cycle, as the sine does. Parabolas join the lines around the extrema, for the share
+ * `turn` of the time. The acceleration is constant there; the lines are steeper, so that the extrema do not change. */
 static hyst_wave triangle(double t, double frequency, double phase, double turn) {
   const double q = hyst_cycle(frequency * t + phase / HYST_2PI), reach = 0.25 * turn, speed = 4 / (1 - 2 * reach);
   const int falls = q >= 0.25 && q < 0.75;

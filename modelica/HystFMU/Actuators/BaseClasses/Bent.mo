@@ -51,6 +51,6 @@ equation
 <p><b>Equation:</b> bent = (1 + g theta) B(p) + theta (g0 + G(p)), B(p) = b0 p + sum_j b_j S(p, knots_j), G in the same form, theta = T_gain (T - T_middle), s = bent + sum_k creep_k L_{T_k}[bent] + beside, with p the output of the operator.</p>
 <p><b>Heat:</b> the stored energy is not known. Therefore heat is the whole power, and its sign changes within a cycle.</p>
 <p><b>Source:</b> Kuhnen, European Journal of Control 9 (2003) 407-418; creep: Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 </html>"));
 end Bent;

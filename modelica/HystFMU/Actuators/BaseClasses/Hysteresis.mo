@@ -36,6 +36,6 @@ equation
 <p><b>Equation:</b> y = scale H[gain u + shift] + offset and u y' = stored' + heat. If the stored energy is not known, kept = shift s and stored = 0. Then heat is the whole power, and only its mean over a closed cycle is a loss.</p>
 <p><b>Heat:</b> heat &ge; 0 at every instant if <code>instantaneous</code> is true. The mean of heat over each closed cycle is &ge; 0 if <code>passive</code> is true. Otherwise the sign of heat is not known.</p>
 <p><b>Source:</b> first law.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 </html>"));
 end Hysteresis;

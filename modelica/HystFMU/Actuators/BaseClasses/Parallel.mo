@@ -35,6 +35,6 @@ equation
 <p><b>Equation:</b> beside = c0 x + sum_j curve_j S(x, knots_x_j) + sum_k creep_x_k L_{T_x_k}[x] + sum_i widening_i S(L_{T_lag}[x] - middle, knots_lag_i).</p>
 <p><b>Heat:</b> as in BaseClasses.Bent. Over a closed cycle, the loss of a rising curve is 0 and the loss of a lag with positive weight is positive.</p>
 <p><b>Source:</b> the kinds preisach and bouc_wen_parallel of HystFMU; spring and dashpot beside an operator: Spencer, Dyke, Sain &amp; Carlson, Journal of Engineering Mechanics 123 (1997) 230-238.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 </html>"));
 end Parallel;

@@ -9,7 +9,7 @@ partial block BumplessTransfer "Bumpless transfer: the output changes from the p
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u = u_c + (1 - t / T) (u_present - u_c)(0), 0 &lt;= t &lt;= T.</p>
 <p><b>Source:</b> Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, chapter 3.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.BumplessTransfer\">Validation.BumplessTransfer</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.BumplessTransfer\">Control.BumplessTransfer</a>.</p>
 </html>"));

@@ -16,7 +16,7 @@ partial block DisturbanceObserver "Disturbance observer: subtracts an estimated 
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u = u_c - d_hat; d_hat: observer of y'' = omega_n<sup>2</sup> (gain (u + d) - y) - 2 zeta omega_n y', d' = 0, poles at exp(-2 pi f_o h).</p>
 <p><b>Source:</b> Ohnishi 1987; Johnson, IEEE Trans. Automat. Control 16 (1971) 635; poles: Gao, ACC 2003.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.PidObserver\">Examples.PidObserver</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.DisturbanceObserver\">Control.DisturbanceObserver</a>, <a href=\"modelica://HystFMU.Validation.DisturbanceObserver\">Validation.DisturbanceObserver</a>.</p>
 </html>"));

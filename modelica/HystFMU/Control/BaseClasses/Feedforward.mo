@@ -12,7 +12,7 @@ partial block Feedforward "Feed-forward: inverse of a second-order plant: parame
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> v = (r + 2 zeta / omega_n r' + r'' / omega_n<sup>2</sup>) / gain, omega_n = 2 pi f_n.</p>
 <p><b>Source:</b> inverse of G0(s): Yu &amp; Alici 2005 (plant H -&gt; G0).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Feedforward\">Validation.Feedforward</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Feedforward\">Control.Feedforward</a>.</p>
 </html>"));

@@ -11,7 +11,7 @@ partial block IterativeLearning "Iterative learning control: corrections from th
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u_k = u_ff + w_k; after each period w_k &lt;- Q (w_k + gain e_(k + lead)), e = y_d - y, Q w_k = smooth w_(k-1) + (1 - 2 smooth) w_k + smooth w_(k+1).</p>
 <p><b>Source:</b> Arimoto, Kawamura &amp; Miyazaki 1984; Bristow, Tharayil &amp; Alleyne, IEEE Control Systems 26 (2006) 96.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.IterativeLearning\">Examples.IterativeLearning</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.IterativeLearning\">Control.IterativeLearning</a>, <a href=\"modelica://HystFMU.Validation.IterativeLearning\">Validation.IterativeLearning</a>.</p>
 </html>"));

@@ -11,7 +11,7 @@ partial block LeadLag "Lead-lag controller with feed-forward and limits: paramet
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u = u_ff + K prod_i (T_z,i s + 1) / (T_p,i s + 1) e, e = y_d - y, s = 2/h (z - 1)/(z + 1).</p>
 <p><b>Source:</b> Franklin, Powell &amp; Workman, Digital Control of Dynamic Systems, 3rd ed., sections 5.3 and 6.1.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.LeadLag\">Examples.LeadLag</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.LeadLag\">Control.LeadLag</a>, <a href=\"modelica://HystFMU.Validation.LeadLag\">Validation.LeadLag</a>.</p>
 </html>"));

@@ -11,7 +11,7 @@ partial block Pid "PID controller with feed-forward and anti-windup: parameters 
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u = u_ff + Kp e + Ki int e dt + Kd de/dt, e = y_d - y.</p>
 <p><b>Source:</b> Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, chapter 3.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.BoucWen\">Examples.BoucWen</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Pid\">Control.Pid</a>, <a href=\"modelica://HystFMU.Examples.Duhem\">Examples.Duhem</a>, <a href=\"modelica://HystFMU.Examples.Pid\">Examples.Pid</a>, <a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a>, <a href=\"modelica://HystFMU.Validation.Pid\">Validation.Pid</a>.</p>
 </html>"));

@@ -14,7 +14,7 @@ partial block Repetitive "Repetitive control: corrects the reference by the erro
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r_k = y_d + w_k, w_k = sum_j q_|j| w_(k-n+j) + sum_j l_j e_(k-n+j), e = y_d - y.</p>
 <p><b>Source:</b> Hara, Yamamoto, Omata &amp; Nakano, IEEE Trans. Automat. Control 33 (1988) 659-668; zero phase: Tomizuka, Tsao &amp; Chew, ASME J. Dyn. Syst. Meas. Control 111 (1989) 353-358.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Repetitive\">Validation.Repetitive</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.Repetitive\">Control.Repetitive</a>.</p>
 </html>"));

@@ -15,7 +15,7 @@ partial block SlidingMode "Sliding mode controller with feed-forward, integral a
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> s = de/dt + lam e + k_i int e dt, e = y - y_d, u = u_ff - eta s - rho s / (|s| + epsilon) or u_ff - eta s - rho sat(s / epsilon).</p>
 <p><b>Source:</b> Yu &amp; Alici 2005 (k_i = 0); integral sliding line and saturation: Slotine &amp; Li, Applied Nonlinear Control, 7.1 and 7.2.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.SlidingMode\">Examples.SlidingMode</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.SlidingMode\">Control.SlidingMode</a>, <a href=\"modelica://HystFMU.Validation.SlidingMode\">Validation.SlidingMode</a>.</p>
 </html>"));

@@ -14,7 +14,7 @@ partial block SuperTwisting "Super-twisting sliding mode controller with feed-fo
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> s = de/dt + lam e, e = y - y_d; u = u_ff - k_1 (|s|<sup>1/2</sup> sgn s + mu s) - k_2 v, v' = sgn(s)/2 + 3/2 mu |s|<sup>1/2</sup> sgn s + mu<sup>2</sup> s; sgn s = s / (|s| + epsilon).</p>
 <p><b>Source:</b> Levant, Int. J. Control 58 (1993) 1247; Moreno 2009, generalised super-twisting (linear terms).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.SuperTwisting\">Examples.SuperTwisting</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Control.SuperTwisting\">Control.SuperTwisting</a>, <a href=\"modelica://HystFMU.Validation.SuperTwisting\">Validation.SuperTwisting</a>.</p>
 </html>"));

@@ -13,7 +13,7 @@ partial block Amplifier "Piezo amplifier with limited voltage, current and bandw
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y' = clamp(2 pi f_b (clamp(u, u_min, u_max) - y), -i_max/C, i_max/C).</p>
 <p><b>Source:</b> Fleming &amp; Leang 2014, chapter 14.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Amplifier\">Validation.Amplifier</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Amplifier\">Dynamics.Amplifier</a>.</p>
 </html>"));

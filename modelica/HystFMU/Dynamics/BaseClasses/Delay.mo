@@ -9,7 +9,7 @@ partial block Delay "Delay by a whole number of steps: parameters and ports"
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y_k = u_(k-n).</p>
 <p><b>Source:</b> definition of the shift operator.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Delay\">Dynamics.Delay</a>, <a href=\"modelica://HystFMU.Validation.Delay\">Validation.Delay</a>.</p>
 </html>"));

@@ -8,7 +8,7 @@ partial block Differentiator "Filtered derivative of a signal: parameters and po
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> du_k = (tau du_(k-1) + u_k - u_(k-1)) / (tau + h).</p>
 <p><b>Source:</b> Astrom &amp; Hagglund, PID Controllers, 2nd ed. 1995, section 3.6 (backward differences).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Differentiator\">Validation.Differentiator</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Differentiator\">Dynamics.Differentiator</a>.</p>
 </html>"));

@@ -10,7 +10,7 @@ partial block InRange "Test whether all signals are within their limits: paramet
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = 1 if lo_i &lt;= u_i &lt;= hi_i for all i, else 0.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.InRange\">Validation.InRange</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.InRange\">Dynamics.InRange</a>.</p>
 </html>"));

@@ -14,7 +14,7 @@ partial block Lugre "LuGre friction: bristles with a Stribeck curve: parameters 
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> z' = v - |v| z / d, d = d_c + (d_s - d_c) e^(-(v/v_s)<sup>2</sup>), y = sigma_0 z + sigma_1 z' + sigma_2 v, v = u'.</p>
 <p><b>Source:</b> Canudas de Wit, Olsson, Astrom &amp; Lischinsky 1995, with d = g / sigma_0.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Lugre\">Validation.Lugre</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Lugre\">Dynamics.Lugre</a>.</p>
 </html>"));

@@ -11,7 +11,7 @@ partial block Modes "Second-order modes in parallel, discretised exactly: parame
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = sum_i k_i omega_i<sup>2</sup> / (s<sup>2</sup> + 2 zeta_i omega_i s + omega_i<sup>2</sup>) u, omega_i = 2 pi f_n_i.</p>
 <p><b>Source:</b> Preumont 2011, section 2.4.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Modes\">Validation.Modes</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Modes\">Dynamics.Modes</a>.</p>
 </html>"));

@@ -10,7 +10,7 @@ partial block Product "Product of signals, divided by a product of other signals
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = u_1 .. u_n / (u_(n+1) .. u_(n+m)), each |divisor| at least `least`.</p>
 <p><b>Source:</b> gain scheduling (Rugh &amp; Shamma 2000).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Product\">Validation.Product</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Product\">Dynamics.Product</a>.</p>
 </html>"));

@@ -9,7 +9,7 @@ partial block Quantiser "Uniform quantiser of an ADC or DAC: parameters and port
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = offset + q floor((u - offset) / q + 1/2).</p>
 <p><b>Source:</b> Widrow &amp; Kollar 2008, chapter 1.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Quantiser\">Validation.Quantiser</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Quantiser\">Dynamics.Quantiser</a>.</p>
 </html>"));

@@ -12,7 +12,7 @@ partial block Scaling "Limit, gain and offset of each signal: parameters and por
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y_i = min(hi_i, max(lo_i, u_i)) gain_i + offset_i.</p>
 <p><b>Source:</b> affine normalisation; limits of the training range.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Scaling\">Validation.Scaling</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Scaling\">Dynamics.Scaling</a>.</p>
 </html>"));

@@ -10,7 +10,7 @@ partial block Sum "Weighted sum of signals: parameters and ports"
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = offset + sum_i k_i u_i.</p>
 <p><b>Source:</b> linear readout.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.Sum\">Dynamics.Sum</a>, <a href=\"modelica://HystFMU.Validation.Sum\">Validation.Sum</a>.</p>
 </html>"));

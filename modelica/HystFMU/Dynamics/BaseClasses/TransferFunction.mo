@@ -12,7 +12,7 @@ partial block TransferFunction "Linear transfer function of any order, discretis
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = (b_0 s<sup>nb</sup> + ... + b_nb) / (a_0 s<sup>na</sup> + ... + a_na) u.</p>
 <p><b>Source:</b> Van Loan 1978; Franklin, Powell &amp; Workman, 3rd ed., section 6.3.2.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Dynamics.TransferFunction\">Dynamics.TransferFunction</a>, <a href=\"modelica://HystFMU.Validation.TransferFunction\">Validation.TransferFunction</a>.</p>
 </html>"));

@@ -32,7 +32,7 @@ partial block AdaptiveInverse "Adaptive inverse of a Prandtl-Ishlinskii operator
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = v; theta = (w0, w) += K (y - theta' phi) while y_d moves, K = P phi / (sigma<sup>2</sup> + phi' P phi), P &lt;- P - K phi' P + dt / T diag(sd<sup>2</sup>), phi = G0 z<sup>-delay</sup> (u, p_{r_i}[u]).</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14; Ljung &amp; Gunnarsson, Automatica 26 (1990) 7.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.AdaptiveInverse\">Validation.AdaptiveInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.AdaptiveInverse\">Inverse.AdaptiveInverse</a>.</p>
 </html>"));

@@ -16,7 +16,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(|h - h_p|), g(d) = (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>).</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, solved for x; inverse by the same memory: Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ConstraintFactorInverse\">Validation.Sampled.ConstraintFactorInverse</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Inverse.Sampled.ConstraintFactorInverse inverse constrainedby Inverse.BaseClasses.ConstraintFactorInverse;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ConstraintFactorInverse\">Inverse.Sampled.ConstraintFactorInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ConstraintFactorInverse\">Inverse.Events.ConstraintFactorInverse</a>.</p>

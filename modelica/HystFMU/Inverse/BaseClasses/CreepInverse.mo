@@ -12,7 +12,7 @@ partial block CreepInverse "Exact inverse of creep: parameters and ports"
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = (u - sum_i w_i q_i)/w0; q_i: first-order lags of y, held over a step.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.CreepInverse\">Validation.Sampled.CreepInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.CreepInverse\">Inverse.Sampled.CreepInverse</a>.</p>
 </html>"));

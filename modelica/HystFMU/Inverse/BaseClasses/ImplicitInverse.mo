@@ -9,7 +9,7 @@ partial block ImplicitInverse "Implicit inverse: the input at which a static mod
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u in [lo, hi] such that h(u) = y, h the output of the model between u and h.</p>
 <p><b>Source:</b> bracketed root finding: Chandrupatla 1997.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.ImplicitInverse\">Examples.ImplicitInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ImplicitInverse\">Inverse.Sampled.ImplicitInverse</a>, <a href=\"modelica://HystFMU.Validation.Sampled.ImplicitInverse\">Validation.Sampled.ImplicitInverse</a>.</p>
 </html>"));

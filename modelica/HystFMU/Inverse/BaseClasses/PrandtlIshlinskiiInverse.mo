@@ -16,7 +16,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> u such that w0 u + sum_i w_i p_{r_i}[u] = y.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 10-14.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.Cascade\">Examples.Cascade</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Inverse.Sampled.PrandtlIshlinskiiInverse inverse constrainedby Inverse.BaseClasses.PrandtlIshlinskiiInverse;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.PrandtlIshlinskiiInverse\">Inverse.Sampled.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.PrandtlIshlinskiiInverse\">Inverse.Events.PrandtlIshlinskiiInverse</a>, <a href=\"modelica://HystFMU.Examples.Pid\">Examples.Pid</a>, <a href=\"modelica://HystFMU.Validation.Sampled.PrandtlIshlinskiiInverse\">Validation.Sampled.PrandtlIshlinskiiInverse</a>.</p>

@@ -10,7 +10,7 @@ partial package StaticModel "Static model as one function, which an implicit inv
     output Real state_new[size(state, 1)] "New output and memory";
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> equation of the model; state_new[1] is its output at u.</p>
-<p><b>Source:</b> that of the model.</p>
+<p><b>Source:</b> as for the model.</p>
 <p><b>Limitations:</b> the model must depend only on u and its past, not on the time, and have no dynamics.</p>
 </html>"));
   end step;
@@ -29,7 +29,7 @@ partial package StaticModel "Static model as one function, which an implicit inv
     annotation (Documentation(info = "<html>
 <p><b>Equation:</b> f(u) = h(u) - y.</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Limitations:</b> those of the model.</p>
+<p><b>Limitations:</b> as for the model.</p>
 </html>"));
   end deviation;
 

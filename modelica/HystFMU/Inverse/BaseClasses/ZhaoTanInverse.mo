@@ -12,7 +12,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) g<sup>-1</sup>(|h - h_p|), g(d) = (1 - e<sup>-d</sup>) d.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 1, solved for x; inverse by the same memory: Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ZhaoTanInverse\">Validation.Sampled.ZhaoTanInverse</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Inverse.Sampled.ZhaoTanInverse inverse constrainedby Inverse.BaseClasses.ZhaoTanInverse;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverse\">Inverse.Sampled.ZhaoTanInverse</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverse\">Inverse.Events.ZhaoTanInverse</a>.</p>

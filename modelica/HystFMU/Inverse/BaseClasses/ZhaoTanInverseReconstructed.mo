@@ -12,7 +12,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> x = x_p + sgn(h - h_p) (1 + e<sup>-d</sup>) d, d = |h - h_p|; virgin branch by Masing.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 11 (lost; reconstructed).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ZhaoTanInverseReconstructed\">Validation.Sampled.ZhaoTanInverseReconstructed</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Inverse.Sampled.ZhaoTanInverseReconstructed inverse constrainedby Inverse.BaseClasses.ZhaoTanInverseReconstructed;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Inverse.Sampled.ZhaoTanInverseReconstructed\">Inverse.Sampled.ZhaoTanInverseReconstructed</a>, <a href=\"modelica://HystFMU.Inverse.Events.ZhaoTanInverseReconstructed\">Inverse.Events.ZhaoTanInverseReconstructed</a>.</p>

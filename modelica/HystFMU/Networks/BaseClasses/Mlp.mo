@@ -15,7 +15,7 @@ partial block Mlp "Multilayer perceptron: one hidden layer, linear outputs: para
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Mlp\">Validation.Mlp</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.Mlp\">Networks.Mlp</a>.</p>
 </html>"));

@@ -16,7 +16,7 @@ partial block NarxNetwork "NARX network: one hidden layer with lags of input and
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y_k = a'z + W2 tanh(W1 z + b1) + b2, z = u_k .. u_(k-n_u+1), y_(k-1) .. y_(k-n_y).</p>
 <p><b>Source:</b> Narendra &amp; Parthasarathy 1990; Leontaritis &amp; Billings 1985 (NARX).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.NarxNetwork\">Validation.NarxNetwork</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.NarxNetwork\">Networks.NarxNetwork</a>.</p>
 </html>"));

@@ -15,7 +15,7 @@ partial block PolynomialNarx "Polynomial of lagged inputs, auxiliary function an
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y_k = theta' phi(k), phi the monomials up to degree q of lags of u, f and y.</p>
 <p><b>Source:</b> IPMC hysteresis model with basis function network, eq. 8-12; Leontaritis &amp; Billings 1985 (NARX).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.PolynomialNarx\">Validation.PolynomialNarx</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.PolynomialNarx\">Networks.PolynomialNarx</a>.</p>
 </html>"));

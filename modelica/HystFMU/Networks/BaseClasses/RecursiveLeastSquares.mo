@@ -17,7 +17,7 @@ partial block RecursiveLeastSquares "Recursive least squares with a dead zone: l
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> e = y - phi' theta, theta += P phi s e / ((1 + s) phi' P phi), s = share (e<sup>2</sup> - r<sup>2</sup>) / r<sup>2</sup> while |e| &gt; r, P &lt;- (P - s / (1 + s) P phi phi' P / phi' P phi) / mu.</p>
 <p><b>Source:</b> IPMC hysteresis model with basis function network, eq. 13-19; Bierman, Automatica 12 (1976) 375.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.RecursiveLeastSquares\">Validation.RecursiveLeastSquares</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Networks.RecursiveLeastSquares\">Networks.RecursiveLeastSquares</a>.</p>
 </html>"));

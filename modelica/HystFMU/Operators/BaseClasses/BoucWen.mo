@@ -19,7 +19,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> z' = A u' - beta |u'| |z|<sup>n-1</sup> z - gamma u' |z|<sup>n</sup>, y = k (alpha u + (1 - alpha) z).</p>
 <p><b>Source:</b> Wen 1976; Ikhouane &amp; Rodellar 2007, ch. 2.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.BoucWen\">Validation.Sampled.BoucWen</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.BoucWen hysteresis constrainedby Operators.BaseClasses.BoucWen;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.BoucWen\">Operators.Sampled.BoucWen</a>, <a href=\"modelica://HystFMU.Operators.Events.BoucWen\">Operators.Events.BoucWen</a>, <a href=\"modelica://HystFMU.Operators.Smooth.BoucWen\">Operators.Smooth.BoucWen</a>.</p>

@@ -15,7 +15,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y' = alpha |u'| (b u - y) + k u'.</p>
 <p><b>Source:</b> Coleman &amp; Hodgdon 1986, with f(u) = b u and g(u) = k.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ColemanHodgdon\">Validation.Sampled.ColemanHodgdon</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.ColemanHodgdon hysteresis constrainedby Operators.BaseClasses.ColemanHodgdon;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ColemanHodgdon\">Operators.Sampled.ColemanHodgdon</a>, <a href=\"modelica://HystFMU.Operators.Events.ColemanHodgdon\">Operators.Events.ColemanHodgdon</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ColemanHodgdon\">Operators.Smooth.ColemanHodgdon</a>.</p>

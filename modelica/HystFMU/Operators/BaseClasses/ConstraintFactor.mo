@@ -17,7 +17,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) (1 - e<sup>-d</sup>) (a0 + sum_j a_j d<sup>2j-1</sup>), d = |x - x_p|; virgin branch by Masing.</p>
 <p><b>Source:</b> Shen &amp; Ma 2017, eq. 1-2, with return-point memory.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ConstraintFactor\">Validation.Sampled.ConstraintFactor</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.ConstraintFactor hysteresis constrainedby Operators.BaseClasses.ConstraintFactor;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ConstraintFactor\">Operators.Sampled.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Events.ConstraintFactor\">Operators.Events.ConstraintFactor</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ConstraintFactor\">Operators.Smooth.ConstraintFactor</a>.</p>

@@ -12,7 +12,7 @@ partial block Creep "Creep: weighted sum of the input and its first-order lags: 
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> q_i' = (u - q_i)/T_i, y = w0 u + sum_i w_i q_i.</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.Creep hysteresis constrainedby Operators.BaseClasses.Creep;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Creep\">Operators.Sampled.Creep</a>, <a href=\"modelica://HystFMU.Operators.Smooth.Creep\">Operators.Smooth.Creep</a>, <a href=\"modelica://HystFMU.Validation.Sampled.Creep\">Validation.Sampled.Creep</a>.</p>

@@ -11,7 +11,7 @@ partial block DeadZones "Weighted sum of one-sided dead zones: parameters and po
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = w0 u + sum_i w_i S(u, r_i); S = max(u - r, 0) for r &gt; 0, min(u - r, 0) for r &lt; 0, u for r = 0.</p>
 <p><b>Source:</b> Kuhnen 2003.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.DeadZones\">Validation.DeadZones</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.DeadZones\">Operators.DeadZones</a>.</p>
 </html>"));

@@ -23,7 +23,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> dw/du = sum_i B_i(u) (a_i + sum_j (b_ij w<sup>j</sup> + c_ij |w| w<sup>j-1</sup>)), y = k u + w.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005; Coleman &amp; Hodgdon 1986 (Duhem's form).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.Duhem\">Validation.Sampled.Duhem</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.Duhem hysteresis constrainedby Operators.BaseClasses.Duhem;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Duhem\">Operators.Sampled.Duhem</a>, <a href=\"modelica://HystFMU.Operators.Smooth.Duhem\">Operators.Smooth.Duhem</a>.</p>

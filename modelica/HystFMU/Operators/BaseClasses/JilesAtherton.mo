@@ -18,7 +18,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = (1 - c) m + c f(h), dm/dh = max(0, s (f(h) - m)) / k, h = u + alpha y, f(h) = Ms (coth(h/a) - a/h), s = sgn(u').</p>
 <p><b>Source:</b> Jiles &amp; Atherton 1986; Sadowski et al. 2002.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.JilesAtherton\">Validation.Sampled.JilesAtherton</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.JilesAtherton hysteresis constrainedby Operators.BaseClasses.JilesAtherton;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.JilesAtherton\">Operators.Sampled.JilesAtherton</a>, <a href=\"modelica://HystFMU.Operators.Smooth.JilesAtherton\">Operators.Smooth.JilesAtherton</a>.</p>

@@ -17,7 +17,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> k = max(k, r(u - p2)) rising, min(k, r(u - p1)) falling, y = offset + sum_i w_i k_i.</p>
 <p><b>Source:</b> Krasnosel'skii &amp; Pokrovskii 1989, ch. 2; ridge function of Webb, Lagoudas &amp; Kurdila 1998.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.KrasnoselskiiPokrovskii\">Validation.Sampled.KrasnoselskiiPokrovskii</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.KrasnoselskiiPokrovskii hysteresis constrainedby Operators.BaseClasses.KrasnoselskiiPokrovskii;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.KrasnoselskiiPokrovskii\">Operators.Sampled.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Events.KrasnoselskiiPokrovskii\">Operators.Events.KrasnoselskiiPokrovskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.KrasnoselskiiPokrovskii\">Operators.Smooth.KrasnoselskiiPokrovskii</a>.</p>

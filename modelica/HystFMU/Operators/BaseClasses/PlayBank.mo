@@ -13,7 +13,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> z_i = max(u - r_i, min(u + r_i, z_i)).</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 3.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.PlayBank\">Validation.Sampled.PlayBank</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.PlayBank hysteresis constrainedby Operators.BaseClasses.PlayBank;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PlayBank\">Operators.Sampled.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Events.PlayBank\">Operators.Events.PlayBank</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PlayBank\">Operators.Smooth.PlayBank</a>.</p>

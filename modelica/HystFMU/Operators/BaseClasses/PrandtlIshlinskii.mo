@@ -16,7 +16,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = w0 u + sum_i w_i p_{r_i}[u].</p>
 <p><b>Source:</b> Krejci &amp; Kuhnen 2001, eq. 5-9; Zhao &amp; Tan 2008, section II.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.PrandtlIshlinskii hysteresis constrainedby Operators.BaseClasses.PrandtlIshlinskii;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.PrandtlIshlinskii\">Operators.Sampled.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Events.PrandtlIshlinskii\">Operators.Events.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Operators.Smooth.PrandtlIshlinskii\">Operators.Smooth.PrandtlIshlinskii</a>, <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>, <a href=\"modelica://HystFMU.Validation.Sampled.PrandtlIshlinskii\">Validation.Sampled.PrandtlIshlinskii</a>.</p>

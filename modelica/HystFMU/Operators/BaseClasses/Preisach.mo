@@ -17,7 +17,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> y = y_p - 2 E(u_p, u) falling, y_p + 2 E(u, u_p) rising, E linear between its grid values.</p>
 <p><b>Source:</b> Mayergoyz, Mathematical Models of Hysteresis 1991, ch. 1; Everett 1955.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.ImplicitInverse\">Examples.ImplicitInverse</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.Preisach hysteresis constrainedby Operators.BaseClasses.Preisach;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.Preisach\">Operators.Sampled.Preisach</a>, <a href=\"modelica://HystFMU.Operators.Events.Preisach\">Operators.Events.Preisach</a>, <a href=\"modelica://HystFMU.Validation.Sampled.Preisach\">Validation.Sampled.Preisach</a>.</p>

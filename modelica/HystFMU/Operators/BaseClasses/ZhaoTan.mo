@@ -13,7 +13,7 @@ protected
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> h = h_p + sgn(x - x_p) (1 - e<sup>-d</sup>) d, d = |x - x_p|; virgin branch h = sgn(x - x0) g(2|x - x0|)/2.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, eq. 1.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Sampled.ZhaoTan\">Validation.Sampled.ZhaoTan</a>.</p>
 <p><b>Any realisation:</b> <code>replaceable Operators.Sampled.ZhaoTan hysteresis constrainedby Operators.BaseClasses.ZhaoTan;</code></p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Operators.Sampled.ZhaoTan\">Operators.Sampled.ZhaoTan</a>, <a href=\"modelica://HystFMU.Operators.Events.ZhaoTan\">Operators.Events.ZhaoTan</a>, <a href=\"modelica://HystFMU.Operators.Smooth.ZhaoTan\">Operators.Smooth.ZhaoTan</a>.</p>

@@ -4,7 +4,7 @@ block JilesAtherton "Jiles-Atherton operator, sampled"
   extends Interfaces.Sampled;
 protected
   discrete Real u_last(start = u0, fixed = true) "Field at the last sample";
-  discrete Real m_last(start = m0, fixed = true) "Irreversible part there";
+  discrete Real m_last(start = m0, fixed = true) "Irreversible part at the last sample";
 equation
   assert(alpha*Ms < 3*a, "alpha Ms must be less than 3 a, otherwise the anhysteretic curve jumps");
   when sample(t0, Ts) then

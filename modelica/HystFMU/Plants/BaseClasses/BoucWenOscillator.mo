@@ -16,7 +16,7 @@ partial block BoucWenOscillator "Oscillator with a Bouc-Wen force: the hystereti
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> m_L y'' + c_L y' + k_L y + z = u; z' = alpha y' - beta (gamma |y'| |z|<sup>nu-1</sup> z + delta y' |z|<sup>nu</sup>).</p>
 <p><b>Source:</b> Noel &amp; Schoukens, Hysteretic benchmark with a dynamic nonlinearity, 2016, eq. 1-2.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.BoucWenOscillator\">Validation.BoucWenOscillator</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.BoucWenOscillator\">Plants.BoucWenOscillator</a>.</p>
 </html>"));

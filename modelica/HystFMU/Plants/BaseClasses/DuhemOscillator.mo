@@ -14,7 +14,7 @@ partial block DuhemOscillator "Oscillator with a Duhem force of any shape: param
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> m_L y'' + c_L y' + k_L y + z = u; dz/dy = f(s z), s = sgn(y'), f linear between its knots.</p>
 <p><b>Source:</b> Oh &amp; Bernstein 2005 (Duhem's form); Noel &amp; Schoukens 2016 (the oscillator).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.DuhemOscillator\">Validation.DuhemOscillator</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.DuhemOscillator\">Plants.DuhemOscillator</a>.</p>
 </html>"));

@@ -14,7 +14,7 @@ partial block MaxwellSlipOscillator "Oscillator with Maxwell-slip friction: para
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> m_L y'' + c_L y' + k_L y + z = u; z = sum_i k_i s_i, s_i a stop of half-width r_i of y.</p>
 <p><b>Source:</b> Lampaert, Al-Bender &amp; Swevers 2003 (Maxwell slip); Krejci &amp; Kuhnen 2001 (the stop).</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.MaxwellSlipOscillator\">Validation.MaxwellSlipOscillator</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Plants.MaxwellSlipOscillator\">Plants.MaxwellSlipOscillator</a>.</p>
 </html>"));

@@ -15,7 +15,7 @@ partial block DecayingSine "Reference signal with derivatives and preview for a 
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.AmplifiedStack\">Examples.AmplifiedStack</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.DecayingSine\">Sources.DecayingSine</a>, <a href=\"modelica://HystFMU.Examples.Bender\">Examples.Bender</a>, <a href=\"modelica://HystFMU.Examples.ChargeDrive\">Examples.ChargeDrive</a>, <a href=\"modelica://HystFMU.Examples.IpmcNetwork\">Examples.IpmcNetwork</a>, <a href=\"modelica://HystFMU.Examples.MagnetostrictiveRod\">Examples.MagnetostrictiveRod</a>, <a href=\"modelica://HystFMU.Examples.StackMovesMass\">Examples.StackMovesMass</a>, <a href=\"modelica://HystFMU.Validation.DecayingSine\">Validation.DecayingSine</a>.</p>
 </html>"));

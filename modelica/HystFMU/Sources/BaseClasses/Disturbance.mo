@@ -11,7 +11,7 @@ partial block Disturbance "Disturbance: step plus sine: parameters and ports"
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> d = step [t &gt;= t_step] + amplitude sin(2 pi frequency t + phase).</p>
 <p><b>Source:</b> definition.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Disturbance\">Validation.Disturbance</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Disturbance\">Sources.Disturbance</a>.</p>
 </html>"));

@@ -16,7 +16,7 @@ partial block Multisine "Reference signal with derivatives and preview for a fee
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.ImplicitInverse\">Examples.ImplicitInverse</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Multisine\">Sources.Multisine</a>, <a href=\"modelica://HystFMU.Examples.MinorLoops\">Examples.MinorLoops</a>, <a href=\"modelica://HystFMU.Validation.Multisine\">Validation.Multisine</a>.</p>
 </html>"));

@@ -8,7 +8,7 @@ partial block Noise "White Gaussian noise: parameters and ports"
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> w_k = sigma N(0, 1), by (seed, k).</p>
 <p><b>Source:</b> SplitMix64: Steele, Lea &amp; Flood 2014; Box &amp; Muller 1958.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Noise\">Validation.Noise</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Noise\">Sources.Noise</a>.</p>
 </html>"));

@@ -14,7 +14,7 @@ partial block Sine "Reference signal with derivatives and preview for a feed-for
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Examples.RateDependence\">Examples.RateDependence</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Sine\">Sources.Sine</a>, <a href=\"modelica://HystFMU.Examples.StackInLoop\">Examples.StackInLoop</a>, <a href=\"modelica://HystFMU.Validation.Sine\">Validation.Sine</a>.</p>
 </html>"));

@@ -15,7 +15,7 @@ partial block Steps "Reference signal with derivatives and preview for a feed-fo
   annotation (Documentation(info = "<html>
 <p><b>Equation:</b> r(t) = offset + amplitude w(t); r_lead, dr_lead, ddr_lead = r, r', r'' at t + lead.</p>
 <p><b>Source:</b> Zhao &amp; Tan 2008, section IV (decaying sine); random reversals: SplitMix64, Steele et al. 2014.</p>
-<p><b>Limitations:</b> those of the classes that extend it.</p>
+<p><b>Limitations:</b> see the classes that extend it.</p>
 <p><b>Example:</b> <a href=\"modelica://HystFMU.Validation.Steps\">Validation.Steps</a>.</p>
 <p><b>See also:</b> <a href=\"modelica://HystFMU.Sources.Steps\">Sources.Steps</a>.</p>
 </html>"));

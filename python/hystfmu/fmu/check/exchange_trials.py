@@ -5,8 +5,6 @@ because no result is compared with an exact solution. The method may be unstable
 bound. A simple scheduler activates the model partitions of input clocks.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 import struct

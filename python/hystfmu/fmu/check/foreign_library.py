@@ -3,8 +3,6 @@
 Only the child process of `validate` uses this module, because the FMU executes foreign native code.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import xml.etree.ElementTree as ET

@@ -4,8 +4,6 @@ The process writes a note before each check. If a check ends the process, the pa
 process begins with the next check.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

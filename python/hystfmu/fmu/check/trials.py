@@ -5,8 +5,6 @@ memory leaks in every step, global variables shared by instances, and an incompl
 bit-identical.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes as C
 import gc

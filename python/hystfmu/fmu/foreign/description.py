@@ -1,7 +1,5 @@
 """Reader of the model description of a foreign FMU, and check that the FMU has a binary for this platform."""
 
-from __future__ import annotations
-
 import math
 import os
 import xml.etree.ElementTree as ET

@@ -3,8 +3,6 @@
 Only child processes create instances, because the FMU executes foreign native code.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import importlib
 import math

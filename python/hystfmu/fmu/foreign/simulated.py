@@ -5,8 +5,6 @@ solver step is at most 1e-8 of a state plus 1e-11 of its nominal value. State ev
 solution, to the floating-point precision of the time.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -5,8 +5,6 @@ capabilities that the binary has are declared. The content depends only on the m
 equal models give bit-identical files.
 """
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence

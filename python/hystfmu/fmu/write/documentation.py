@@ -4,8 +4,6 @@ The page contains the equations and their sources, the parameters, the errors of
 method to check the import, and the licence.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Platforms of FMUs: the installed prebuilt binaries, and their folders in FMI 2.0 and 3.0."""
 
-from __future__ import annotations
-
 import functools
 import platform
 import sys

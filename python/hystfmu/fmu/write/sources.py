@@ -4,8 +4,6 @@ The package contains the amalgamated source of the C core (`fmu_build/sources/am
 contains its block file as a constant, followed by those sections of the amalgamated source that the graph needs.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import functools
 import re

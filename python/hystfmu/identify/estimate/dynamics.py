@@ -11,26 +11,22 @@ tau)^5/720, which is 5e-9 rad at a fiftieth of the sampling rate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import discretised
 from hystfmu.identify.catalogue import Option, Options
-from hystfmu.identify.estimate.search import Differences, refined, standard_errors
 from hystfmu.model import Model
 
-MOST_ROWS = 60_000  # maximum number of rows of a record whose modes are identified before the fit
-TRIALS = 11  # number of start values of f_n, over at most four decades
-MOST_EVALUATIONS = 40  # maximum number of evaluations of residuals and Jacobian per start value
-TOLERANCE = 1e-9  # relative change that ends a search
 LEAST_REST = 1e-6  # a shorter fractional delay, in samples, is neglected
 # standard errors above which a warning is given: of ln f_n and ln zeta, and of the delay as a phase at f_n (rad)
 KNOWN, KNOWN_PHASE = 0.02, 0.05
@@ -99,14 +95,11 @@ class Dynamics:
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
         return (g0, Node("delay", "delay", {"n": whole})) if whole else (g0,)
 
-    def filter(self, columns: Array, h: float, hold: str) -> Array:
-        """Return the columns (rows, n) filtered by G0 and the delay, each from its steady state."""
+    def filter(self, columns: Array, h: float, hold: str, rows: NDArray[np.intp] | None = None) -> Array:
+        """Return the columns (n, m), filtered by G0 and the delay from steady state, on ascending rows or all rows."""
         g0, *delays = self.nodes(h, hold)
-        out = discretised(g0, h).run(columns)
-        if not delays:
-            return out
-        n = min(delays[0].dims["n"], len(out))
-        return np.vstack([np.repeat(out[:1], n, axis=0), out[: len(out) - n]])
+        picked = np.arange(len(columns)) if rows is None else rows
+        return discretised(g0, h).run(columns, np.maximum(picked - (delays[0].dims["n"] if delays else 0), 0))
 
 
 def polynomials(g: Dynamics, rest: float) -> tuple[Array, Array]:
@@ -133,75 +126,6 @@ def bounds(data: Dataset, options: Options) -> tuple[Array, Array]:
     n = data.train.stop - data.train.start
     lo = np.array([np.log(1 / (n * data.h)), np.log(0.01), 0.0])
     return lo, np.array([np.log(0.5 / data.h), np.log(options["zeta_max"]), max(options["delay_max"], 1e-9)])
-
-
-def search(
-    residuals: Callable[[Dynamics], Array],
-    data: Dataset,
-    options: Options,
-    progress: Progress,
-    near: Dynamics | None = None,
-) -> Dynamics:
-    """Return the dynamics that minimise the residuals, by trust-region steps from `near`.
-
-    Without `near`, the search begins at the two start points with the smallest residuals. They are selected from a grid
-    of natural frequencies and from the modes that the record shows.
-    """
-    h, (lo, hi) = data.h, bounds(data, options)
-    scale = data.span * np.sqrt(data.train.stop - data.train.start)
-
-    def problem(beside: Beside) -> Differences:
-        most, least = np.append(hi, np.ones(len(beside))), np.append(lo, -np.ones(len(beside)))
-        return Differences(lambda p: residuals(Dynamics.at(p, h, beside)) / scale, np.ones(len(most)), (least, most))
-
-    def refine(p: Array, beside: Beside) -> tuple[float, Dynamics]:
-        start = np.append(p, [share for *_, share in beside])
-        found = refined(problem(beside), start, MOST_EVALUATIONS, TOLERANCE)
-        return found.cost, Dynamics.at(found.p, h, beside)
-
-    if near is not None:
-        return refine(near.point(h), near.beside)[1]
-    grid = np.linspace(hi[0], max(lo[0], hi[0] + np.log(1e-4)), TRIALS)
-    starts: list[tuple[Array, Beside]] = [(np.array([f, np.log(0.7), d]), ()) for f in grid for d in (0.0, 2.0)]
-    # a lightly damped resonance can lie between two frequencies of the grid
-    starts += [(mode.point(h), mode.beside) for mode in _modes(data)]
-    inside, rated = problem(()).coordinates.inside, []
-    for i, (p, beside) in enumerate(starts):
-        rated.append(float(np.sum(problem(beside).residuals(inside(p)) ** 2)))
-        progress(0.3 * (i + 1) / len(starts))
-    found = []
-    for i, k in enumerate(np.argsort(rated, kind="stable")[:2]):
-        found.append(refine(*starts[k]))
-        progress(0.3 + 0.35 * (i + 1))
-    return min(found, key=lambda f: f[0])[1]
-
-
-def _modes(data: Dataset) -> list[Dynamics]:
-    """Return start points of the search: dynamics with each mode that the record shows, and with all modes.
-
-    For a record with more than `MOST_ROWS` rows, there are no such start points.
-    """
-    if len(data.u) > MOST_ROWS:
-        return []
-    from hystfmu.identify.evidence import evidence  # imports scipy.signal, which takes long
-
-    shown = evidence(data)
-    late = shown.delay if np.isfinite(shown.delay_se) else 0.0
-    found = [Dynamics(m.f_n, m.zeta, late) for m in shown.modes]
-    if len(shown.modes) > 1:
-        total = sum(m.share for m in shown.modes)
-        first, *others = sorted(shown.modes, key=lambda m: -m.share)
-        found.append(Dynamics(first.f_n, first.zeta, late, tuple((m.f_n, m.zeta, m.share / total) for m in others)))
-    return found
-
-
-def uncertainty(residuals: Callable[[Dynamics], Array], g: Dynamics, data: Dataset, options: Options) -> Array:
-    """Return the standard errors (3,) of ln f_n, ln zeta and the delay (samples) of the identified dynamics `g`."""
-    lo, hi = bounds(data, options)
-    p = g.point(data.h)
-    free = (p > lo + 1e-6 * (hi - lo)) & (p < hi - 1e-6 * (hi - lo))
-    near = Differences(lambda p: residuals(Dynamics.at(p, data.h, g.beside)), np.ones(3), (lo, hi))
-    return standard_errors(residuals(g), near.jacobian(np.clip(p, lo, hi)), free)
 
 
 def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list[str]:

@@ -65,7 +65,9 @@ class Differences:
     """Objective whose residuals are any function of the coordinates p (n,), with a Jacobian by finite differences.
 
     A finite difference has the size `step` times the scale of the coordinate, and stays inside the bounds. The last
-    residuals are stored, because a search computes the derivatives at the same point.
+    residuals are stored, because a search computes the derivatives at the same point. If the function fits linear
+    parameters at each point, `held` gives a function of the coordinates that keeps the linear parameters of a point,
+    and an orthonormal basis (rows, m) of their columns. The derivatives are then those of Kaufman (see `objective`).
     """
 
     def __init__(
@@ -74,9 +76,11 @@ class Differences:
         scale: Array,
         bounds: tuple[Array | float, Array | float] = (-np.inf, np.inf),
         step: float = DIFFERENCE,
+        held: Callable[[Array], tuple[Callable[[Array], Array], Array]] | None = None,
     ) -> None:
         lo, hi = (np.broadcast_to(bound, scale.shape) for bound in bounds)
         self.coordinates, self._of, self._step = Coordinates(lo, hi, scale, lambda p: {}), residuals, step
+        self._held = held
         self._last: tuple[bytes, Array] = b"", np.zeros(0)
 
     def residuals(self, p: Array) -> Array:
@@ -87,10 +91,12 @@ class Differences:
 
     def jacobian(self, p: Array) -> Array:
         """Return the derivatives (rows, n) of the residuals at a point p."""
-        here, c = self.residuals(p), self.coordinates
+        of, basis = self._held(p) if self._held else (self._of, None)
+        here, c = of(p) if self._held else self.residuals(p), self.coordinates
         steps = self._step * c.scale
         steps = np.where(p + steps > c.hi, -steps, steps)
-        return np.column_stack([(self._of(p + d) - here) / d[k] for k, d in enumerate(np.diag(steps))])
+        found = np.column_stack([(of(p + d) - here) / d[k] for k, d in enumerate(np.diag(steps))])
+        return found if basis is None else found - basis @ (basis.T @ found)
 
 
 def refined(

@@ -26,9 +26,10 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Built, Options
 from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, told
-from hystfmu.identify.estimate.dynamics import search as search_dynamics
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, search, standard_errors
+from hystfmu.identify.estimate.weighted import Weighted
+from hystfmu.identify.estimate.weighted import search as search_dynamics
 from hystfmu.identify.graphs import device, wired
 
 MOST_ROWS = 5000  # maximum number of rows in the first two stages; more rows are thinned evenly after the simulation
@@ -166,22 +167,19 @@ def _chain(operator: Template, front: list[Node], tail: list[Node]) -> _Series:
     return [*front, *operator.nodes[1:], *tail], wires, [f"{front[0].name}.u"], f"{tail[-1].name}.y"
 
 
-def _bank(operator: Template, data: Dataset, rows: NDArray[np.intp], hold: str) -> Callable[[Dynamics], Array]:
-    """Return a function that fits the weights of the bank for given dynamics, and returns the residuals."""
-    found = []
+def _bank(operator: Template, data: Dataset, rows: NDArray[np.intp], hold: str) -> Weighted:
+    """Return the problem of the dynamics after the bank, whose weights linear least squares gives."""
+    found = [np.ones((len(data.u), 1))]
     for point in operator.bank:
         given = [(*name.partition(".")[::2], value) for name, value in operator.shape(point).items()]
         nodes = [n.with_values(**{k: v for node, k, v in given if node == n.name}) for n in operator.nodes]
-        found.append(_run(operator, nodes, data.u))
-    responses, y = np.column_stack([found[0][:, 0], *(c[:, 1:] for c in found)]), data.y[rows]
+        found.append(_run(operator, nodes, data.u)[:, len(found) > 1 :])  # all have the same first column, the input
 
-    def residuals(g: Dynamics) -> Array:
-        columns = np.column_stack([np.ones(len(rows)), g.filter(responses, data.h, hold)[rows]])
+    def fit(columns: Array, y: Array) -> tuple[Array, NDArray[np.bool_]]:
         size = np.linalg.norm(columns, axis=0)
-        c = np.linalg.lstsq(columns / size, y, rcond=1e-10)[0] / size
-        return np.asarray(columns @ c - y)
+        return np.linalg.lstsq(columns / size, y, rcond=1e-10)[0] / size, np.ones(len(size), dtype=bool)
 
-    return residuals
+    return Weighted(np.hstack(found), data, rows, hold, fit)
 
 
 class _Chains:

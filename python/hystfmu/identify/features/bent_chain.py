@@ -8,7 +8,6 @@ outside the range of the training rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +20,8 @@ from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Options
 from hystfmu.identify.cuts import fitted_and_held
-from hystfmu.identify.estimate.dynamics import Dynamics, search
+from hystfmu.identify.estimate.dynamics import Dynamics
+from hystfmu.identify.estimate.weighted import Weighted, search
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Following, Problem
 from hystfmu.identify.features.plays import thresholds, u0_of, with_plays
@@ -107,7 +107,8 @@ class Fitting:
 
     def filtered(self, g: Dynamics | None) -> Filter | None:
         """Return a function that filters columns with the dynamics g; return None if g is None."""
-        return None if g is None else lambda columns: g.filter(columns, self.data.h, self.options["hold"])
+        hold = self.options["hold"]
+        return None if g is None else lambda columns, rows: g.filter(columns, self.data.h, hold, rows)
 
     def fit(
         self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None, wanted: float = np.inf
@@ -132,17 +133,21 @@ class Fitting:
         e = bent_sum.model(self.problem(parts, self.held), fitted) - self.data.y[self.held]
         return Trial(parts, fitted, float(np.sqrt(np.mean(e**2))))
 
+    def settled(self, trial: Trial) -> bool:
+        """Return whether the error of a trial is so close to the noise that no further component can be kept.
+
+        An error clearly below the estimated noise shows that the estimate is wrong.
+        """
+        return BETTER * trial.error <= self.noise <= trial.error / BETTER
+
     def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Progress) -> Dynamics:
         """Search the linear dynamics after the hysteresis of a trial; each step also fits the weights again."""
-        return search(self.residuals(trial, rows), self.data, self.options, progress, trial.parts.g)
+        return search(self.behind(trial, rows), self.data, self.options, progress, trial.parts.g)
 
-    def residuals(self, trial: Trial, rows: NDArray[np.intp]) -> Callable[[Dynamics], Array]:
-        """Return a function that fits the weights of `trial` for given dynamics, and returns the residuals.
-
-        The fit is one Gauss-Newton step from the fit of `trial`.
-        """
-        left = bent_sum.residuals(self.problem(trial.parts, rows), trial.fit)
-        return lambda g: left(self.filtered(g))
+    def behind(self, trial: Trial, rows: NDArray[np.intp]) -> Weighted:
+        """Return the problem of the dynamics after the other parts of a trial (see `bent_sum.behind`)."""
+        columns, fit = bent_sum.behind(self.problem(trial.parts, rows), trial.fit)
+        return Weighted(columns, self.data, rows, self.options["hold"], fit)
 
 
 def chain(f: Fitting, parts: Parts, s: BentSum) -> Graph:

@@ -39,7 +39,8 @@ SHARES = (1.0, 0.5, 0.25, 0.1)  # step lengths that are tried one after the othe
 GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error that ends the steps: without, with penalties
 LEAST_SLOPE = 0.02  # smallest slope of a monotone nonlinearity on the range of v, relative to its mean slope
 GRID = np.linspace(-1.0, 1.0, 201)
-Filter = Callable[[Array], Array]
+Filter = Callable[[Array, NDArray[np.intp]], Array]
+"""Function that filters columns (n, m) and returns them on given rows."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +173,7 @@ class Problem:
 
     def seen(self, columns: Array) -> Array:
         """Return columns filtered by the dynamics F, on the rows of the fit."""
-        return np.asarray((columns if self.after is None else self.after(columns))[self.rows])
+        return np.asarray(columns[self.rows] if self.after is None else self.after(columns, self.rows))
 
     def crept(self, columns: Array, k: Array) -> Array:
         """Return columns plus their creep, x + sum_j k_j L_j[x]."""
@@ -226,28 +227,30 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     return best
 
 
-def residuals(p: Problem, s: BentSum) -> Callable[[Filter | None], Array]:
-    """Return a function that computes the residuals (m,) for other dynamics F, after one Gauss-Newton step from `s`.
+def behind(p: Problem, s: BentSum) -> tuple[Array, Callable[[Array, Array], tuple[Array, NDArray[np.bool_]]]]:
+    """Return signals before the dynamics, and a fit of their weights, for `Weighted`: one Gauss-Newton step from `s`.
 
-    Columns with the weight 0 are omitted, because a search of the dynamics filters all columns hundreds of times.
+    Columns with the weight 0 are omitted: a search of the dynamics filters all columns many times.
     """
     used = s.w > 0
     held = tuple((strength, None if P is None else P[:, used]) for strength, P in p.penalties)
     p, s = replace(p, columns=np.ascontiguousarray(p.columns[:, used]), penalties=held), replace(s, w=s.w[used])
+    n, m, gains = len(s.w), len(p.T), s.g[p.following.gains]
+
+    def fit(seen: Array, y: Array) -> tuple[Array, NDArray[np.bool_]]:
+        x, v = p.solved(*_linearised(p, s, seen, y))
+        creep = x[n : n + m] - (x[n + m :] if p.signed else 0.0)
+        weights = np.concatenate([x[:n] - s.w, [1.0], creep - s.k, v[1:] - gains, v[:1]])
+        moves = np.concatenate([x[:n] > 0, [False], (creep > 0) | p.signed, np.ones(len(v), dtype=bool)])
+        return weights, moves
+
     before = _before(p, s)
-
-    def left(after: Filter | None) -> Array:
-        linear, free, target = _after(replace(p, after=after), s, before)
-        x, v = p.solved(linear, target, free)
-        return np.asarray(linear @ x + free @ v - target)
-
-    return left
+    return np.column_stack([before, np.ones(len(before))]), fit
 
 
 def _newton(p: Problem, s: BentSum) -> BentSum:
     """Return `s` with new w, k and g, which minimise the error of the model linearised at `s`."""
-    linear, free, target = _after(p, s, _before(p, s))
-    x, v = p.solved(linear, target, free)
+    x, v = p.solved(*_linearised(p, s, p.seen(_before(p, s)), p.y))
     w, of_lags, g = x[: len(s.w)], x[len(s.w) :], s.g.copy()
     k = of_lags[: len(p.T)] - (of_lags[len(p.T) :] if p.signed else 0.0)
     w[0] = max(w[0], p.least * w.sum())
@@ -269,19 +272,17 @@ def _before(p: Problem, s: BentSum) -> Array:
     return np.hstack(parts)
 
 
-def _after(p: Problem, s: BentSum, before: Array) -> tuple[Array, Array, Array]:
-    """Return the linearised least-squares problem at `s` after the dynamics: bounded columns, free columns, target.
+def _linearised(p: Problem, s: BentSum, seen: Array, y: Array) -> tuple[Array, Array, Array]:
+    """Return the linearised least-squares problem at `s` for the arguments of `Problem.solved`.
 
-    The bounded columns have weights >= 0 and are the derivatives of the output with respect to w and k. The free
-    columns belong to the offset and to the gains g.
+    `seen` (m, k) contains the columns of `_before` after the dynamics, and y (m,) the output. The bounded columns have
+    weights >= 0 and are the derivatives of the output with respect to w and k. The free columns belong to the offset
+    and to the gains g.
     """
-    n, m = len(s.w), len(p.T)
-    seen = p.seen(before)
-    moved, creep, gained = seen[:, :n], seen[:, n + 1 : n + 1 + m], seen[:, n + 1 + m :]
-    linear = np.hstack([moved, creep, -creep] if p.signed else [moved, creep])
-    target = p.y - seen[:, n] + moved @ s.w + creep @ s.k
-    free = np.hstack([np.ones((len(p.y), 1)), gained])
-    return linear, free, target + gained @ s.g[p.following.gains]
+    n, m, gains = len(s.w), len(p.T), p.following.gains
+    moved, creep, gained = seen[:, :n], seen[:, n + 1 : n + 1 + m], seen[:, n + 1 + m : n + 1 + m + len(gains)]
+    target = y - seen[:, n] + moved @ s.w + creep @ s.k + gained @ s.g[gains]
+    return np.hstack([moved, creep, *[-creep] * p.signed]), target, np.hstack([np.ones((len(y), 1)), gained])
 
 
 def _with_bend(p: Problem, s: BentSum) -> BentSum:

@@ -26,6 +26,7 @@ from scipy.interpolate import BSpline
 
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
+from hystfmu.identify.estimate.runs import Runs
 
 MARGIN = 0.1
 DEGREE = 2
@@ -70,10 +71,8 @@ class SmoothDensity:
 
     def columns(self, u: Array) -> Array:
         """Return the outputs (rows, p) of the block for the input u (rows,), one column for each density."""
-        out = np.empty((len(u), self.E.shape[1]), order="F")
-        for i, E in enumerate(self.E.T):
-            out[:, i] = Graph.single(self.node("relays", E)).run(u)
-        return out
+        zero = Runs(Graph.single(self.node("relays", np.zeros(len(self.E)))))
+        return zero.sensitivities(u[:, None], 1.0, [{"relays.E": E} for E in self.E.T], np.arange(len(u)), 1.0)[1]
 
 
 def smooth_density(u: Array, n: int, widths: int, means: int, start: str) -> SmoothDensity:

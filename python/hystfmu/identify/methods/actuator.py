@@ -30,7 +30,8 @@ import numpy as np
 from hystfmu.base.arrays import Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options, Row
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told
+from hystfmu.identify.estimate.weighted import uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
 from hystfmu.identify.features.bent_sum import LEVELS, Following
 from hystfmu.identify.features.plays import u0_option
@@ -72,12 +73,9 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     f = Fitting(data, options)
     best = _following(f, _operated(f, Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))))
     progress(0.2)
-    if options["dynamics"] != "no":
-        # creep can be identified only with the nonlinearity, and the nonlinearity only with the dynamics
-        best = _bent(f, _moving(f, best, lambda done: progress(0.2 + 0.4 * done)))
-        best = _exchanged(f, best) if best.parts.g else best  # without the dynamics, the best operator is not visible
+    best = _exchanged(f, _with_dynamics(f, best, lambda done: progress(0.2 + 0.4 * done)))
     if options["creep"] != "no":
-        best = _creeping(f, best)
+        best = _relaxing(f, best)
     best = _following(f, _bent(f, best))
     progress(0.8)
     parts = best.parts
@@ -92,8 +90,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     ]
     found: dict[str, Any] = {"parts": _named(parts, data), "validation_percent": 100 * best.error / data.span}
     if parts.g:
-        residuals = f.residuals(replace(best, fit=fitted), f.all)
-        spread = uncertainty(residuals, parts.g, data, options)
+        spread = uncertainty(f.behind(replace(best, fit=fitted), f.all), parts.g, data, options)
         found |= told(parts.g, spread, data, options)
     found["warnings"] = [*warned, *found.get("warnings", ())]
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
@@ -129,25 +126,40 @@ def _following(f: Fitting, trial: Trial) -> Trial:
 
 
 def _operated(f: Fitting, parts: Parts) -> Trial:
-    """Choose plays, stops or relays by the validation errors of fits with a nonlinearity.
+    """Choose plays or stops, or relays if the error is large, by the validation errors of fits with a nonlinearity.
 
     Plays are preferred, because they have an exact inverse.
     """
     asked = f.options["operator"]
     if asked is not None:
         return _with_other_start(f, _bent(f, f.tried(replace(parts, operator=asked))))
-    best = _bent(f, f.tried(parts)).or_better(_bent(f, f.tried(replace(parts, operator=STOPS))))
-    found = _exchanged(f, best)
-    if best.error > POOR * f.data.span:  # relays without a bend do not show that they fit a butterfly loop
-        found = found.or_better(_bent(f, f.tried(replace(parts, operator=RELAYS))))
-    return best if found is best else _bent(f, found)
+    best = _bent(f, f.tried(parts))
+    if not f.settled(best):
+        best = best.or_better(_bent(f, f.tried(replace(parts, operator=STOPS))))
+    if best.error <= POOR * f.data.span:
+        return best
+    # relays without a bend do not show that they fit a butterfly loop
+    relays = replace(parts, operator=RELAYS)
+    bent = _with_other_start(f, f.tried(replace(relays, degree=best.parts.degree))), _bent(f, f.tried(relays))
+    found = min(bent, key=lambda trial: trial.error)
+    return best.or_better(_bent(f, found)) if found.error < GAINED * best.error else best
+
+
+def _with_dynamics(f: Fitting, trial: Trial, progress: Progress) -> Trial:
+    """Add dynamics and creep that are requested or reduce the validation error, with a nonlinearity that fits them."""
+    best = trial
+    if f.options["dynamics"] != "no":
+        # creep can be identified only with the nonlinearity, and the nonlinearity only with the dynamics
+        best = _bent(f, _moving(f, best, progress))
+    return _creeping(f, best) if f.options["creep"] != "no" else best
 
 
 def _exchanged(f: Fitting, best: Trial) -> Trial:
     """Replace plays or stops by relays, or relays by plays, if the validation errors justify this.
 
     Relays have no exact inverse. Therefore they are used only if their error is less than `GAINED` times the error of
-    plays or stops.
+    plays or stops. They are tried with dynamics and creep, without which the best operator is not visible. If they are
+    better, the other components are fitted again, because those of the plays represent a part of the hysteresis.
     """
     if f.options["operator"] is not None or not _clear(f, best):
         return best
@@ -155,7 +167,10 @@ def _exchanged(f: Fitting, best: Trial) -> Trial:
     trial = _with_other_start(f, f.tried(replace(best.parts, operator=other)))
     if other == PLAYS:
         return trial if GAINED * trial.error < best.error else best
-    return best.or_better(trial) if trial.error < GAINED * best.error else best
+    if not trial.error < GAINED * best.error:
+        return best
+    again = _bent(f, _with_other_start(f, f.tried(replace(trial.parts, T=(), g=None))))
+    return trial.or_better(_with_dynamics(f, again, silent))
 
 
 def _with_other_start(f: Fitting, trial: Trial) -> Trial:
@@ -175,6 +190,8 @@ def _bent(f: Fitting, trial: Trial) -> Trial:
         return trial if trial.parts.degree == asked else f.tried(replace(trial.parts, degree=asked), trial.fit)
     best = trial
     for degree in DEGREES[DEGREES.index(trial.parts.degree) + 1 :]:
+        if f.settled(best):
+            break
         parts = replace(trial.parts, degree=degree)
         best = best.or_better(f.tried(parts, best.fit))
         if best.parts.degree != degree:
@@ -187,6 +204,8 @@ def _bent(f: Fitting, trial: Trial) -> Trial:
 
 def _moving(f: Fitting, trial: Trial, progress: Progress) -> Trial:
     """Add linear dynamics if they are requested or reduce the validation error."""
+    if f.settled(trial) and f.options["dynamics"] != "yes":
+        return trial
     g = f.dynamics(trial, f.kept[::FIRST], progress)
     moved = f.tried(replace(trial.parts, g=g), trial.fit)
     return moved if f.options["dynamics"] == "yes" else trial.or_better(moved)
@@ -195,14 +214,22 @@ def _moving(f: Fitting, trial: Trial, progress: Progress) -> Trial:
 def _creeping(f: Fitting, trial: Trial) -> Trial:
     """Add creep if it is requested or reduces the validation error.
 
-    The time constants are one decade apart, from at least ten samples to a third of the record. If a clear error
-    remains, the output may relax back: the weights of the lags are free, and their time constants are closer.
+    The time constants are one decade apart, from at least ten samples to a third of the record.
     """
+    if f.settled(trial) and f.options["creep"] != "yes":
+        return trial
     crept = _moved_again(f, f.tried(replace(trial.parts, T=_lags(f, 1)), trial.fit))
-    best = crept if f.options["creep"] == "yes" else trial.or_better(crept)
+    return crept if f.options["creep"] == "yes" else trial.or_better(crept)
+
+
+def _relaxing(f: Fitting, best: Trial) -> Trial:
+    """Let the output relax back if a clear error remains and this reduces it.
+
+    The weights of the lags are then free, and their time constants are closer.
+    """
     if not _clear(f, best):
         return best
-    back = _moved_again(f, f.tried(replace(crept.parts, T=_lags(f, PER_DECADE), signed=True), crept.fit))
+    back = _moved_again(f, f.tried(replace(best.parts, T=_lags(f, PER_DECADE), signed=True), best.fit))
     if _clear(f, back) and (best.parts.g or back.error < GAINED * best.error):
         # operator and dynamics that were fitted without back-relaxation represent a part of it
         degree, operator = int(f.options["bend"] or FRESH), f.options["operator"] or PLAYS

@@ -34,7 +34,7 @@ from hystfmu.model import run_along
 TEXT = "oscillator with Maxwell-slip friction, non-negative least squares, refined on the free run"
 GRIDS = (12, 8, 17, 24)  # numbers of half-widths from which springs are selected
 WIDTHS = (0.004, 0.45)  # smallest and largest half-width, relative to the span of y
-CORNER, HIGHEST = 16.0, 0.25  # corner frequency of the filter: relative to the RMS frequency of u; limit in cycles a row
+CORNER, HIGHEST = 16.0, 0.25  # corner frequency of the filter: relative to the RMS frequency of u; limit in 1 / row
 EVALUATIONS, TOLERANCE = 60, 1e-7  # limits of a search
 POOR = 0.03  # RMS error, relative to the span of y, above which no further grid is tried
 LEAST = 0.01  # smallest start value of the damping ratio, and of k_L relative to the stiffness of all springs

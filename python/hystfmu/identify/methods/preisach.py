@@ -12,8 +12,12 @@ The model is linear in the weights x >= 0 of the density and in the free weights
 A and F are the matrices of the regressors. The weights minimise |y - c - A x - F v|^2 + s_0^2 |scaled (x, v)|^2 + sum_i
 s_i^2 |P_i x|^2. The penalties keep the density smooth. Tenfold cross-validation determines the strengths s of the
 penalties, and whether the model has rate-dependent terms. The training rows are divided into ten chunks of consecutive
-rows. For each chunk, the triangular QR factor of the least-squares problem for all other chunks is computed once.
-Therefore fits with other strengths are fast.
+rows. For each chunk, the normal equations of all other chunks are computed once. The ridge penalty keeps them well
+conditioned: its least strength is 1e-4, for columns of norm 1. Therefore fits with other strengths are fast.
+
+With the option ``density=bell``, the logarithm of mu is smooth, and a static nonlinearity follows, see
+`features.bell_density`. A bell curve is replaced by a density of a more general shape if this reduces the error on
+validation blocks.
 """
 
 from __future__ import annotations
@@ -21,17 +25,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
+from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import lag
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.cuts import fitted_and_held
+from hystfmu.identify.features.bell_density import Problem, Relays
+from hystfmu.identify.features.bent_chain import dead_zones as polygon
 from hystfmu.identify.features.smooth_density import smooth_density
-from hystfmu.identify.graphs import device
+from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
+from hystfmu.model.accuracy import rms
 
 FOLDS = 10
+EXACT = 1e-12  # least mean square error, relative to that of y, which keeps the normal equations positive definite
 
 Strengths = tuple[float, ...]
 TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the Everett function"
@@ -39,8 +50,17 @@ TEXT = "smooth density of relays, weights >= 0, and rate dependence; gives the E
 LEVELS = ((1e-4, 1e-3, 1e-2), (3e-3, 3e-2, 0.3), (3e-3, 3e-2, 0.3))
 LAGS, DEAD_ZONES = 6, 6
 BETTER = 0.6  # ratio of errors below which rate-dependent terms are kept; in a slow record they can imitate a memory
-CANDIDATES = (Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),)
+SMOOTH = (0.1, 1.0, 5.0)  # standard deviations of the third differences of ln mu that are tried
+CLEARLY, LEAST_NOISE = 0.9, 1e-4  # ratio of validation errors; smallest assumed noise, relative to half the span
+MOST_ROWS = 3000  # maximum number of rows of a fit of ln mu; more rows are thinned evenly
+LINEAR, BELL = "linear", "bell"
+CANDIDATES = (
+    Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),
+    Candidate(ANY, 0.5, 0.8, options={"density": BELL}, quick={"n": 20}),
+)
 OPTIONS = (
+    Option("density", LINEAR, choices=(LINEAR, BELL), text="whether the density or its logarithm is linear in weights"),
+    Option("bend", 5, 1, 20, text="degree of the static nonlinearity after a density of the form bell"),
     Option("n", 40, 1, 100, text="number of grid steps of the Everett function"),
     Option("widths", 32, 2, 100, text="number of hat functions of the half-difference of the two thresholds"),
     Option("means", 8, 1, 50, text="number of B-splines of the mean of the two thresholds"),
@@ -67,12 +87,12 @@ class Penalised:
         self.size = size
         typical = float(np.median(size[: self.n]))
         wide = [np.hstack([p / size[: self.n] * typical, np.zeros((len(p), self.m - self.n))]) for p in penalties]
-        self._penalties = [np.eye(self.m), *wide]
-        self._rows = np.column_stack([columns / size, np.ones(len(y)), y - self.mean])
-        self._chunks = np.array_split(self._rows, min(FOLDS, len(y) // 2))
-        parts = [_triangle(chunk) for chunk in self._chunks]
-        self._whole = _triangle(np.vstack(parts))
-        self._without = [_triangle(np.vstack(parts[:i] + parts[i + 1 :])) for i in range(len(parts))]
+        self._penalties = [P.T @ P for P in (np.eye(self.m), *wide)]
+        rows = np.column_stack([columns / size, np.ones(len(y)), y - self.mean])
+        self._chunks = np.array_split(rows, min(FOLDS, len(y) // 2))
+        parts = [chunk.T @ chunk for chunk in self._chunks]
+        self._whole = np.sum(parts, axis=0)
+        self._without = [self._whole - part for part in parts]
 
     def solve(self, strengths: Strengths) -> tuple[Array, Array, float]:
         """Solve the problem for given strengths of the penalties; return the weights x (p,), v (q,) and the offset c.
@@ -88,28 +108,24 @@ class Penalised:
 
         Each chunk is predicted by a fit to all other chunks.
         """
-        squares = [
-            float(np.sum((chunk[:, :-1] @ self._solved(triangle, strengths) - chunk[:, -1]) ** 2))
-            for chunk, triangle in zip(self._chunks, self._without, strict=True)
-        ]
-        return float(np.sqrt(np.sum(squares) / len(self._rows)))
+        folds = zip(self._chunks, self._without, strict=True)
+        left = [chunk[:, :-1] @ self._solved(others, strengths) - chunk[:, -1] for chunk, others in folds]
+        return rms(np.concatenate(left))
 
-    def _solved(self, triangle: Array, strengths: Strengths) -> Array:
-        """Solve the problem for the rows whose triangular QR factor is `triangle`.
+    def _solved(self, products: Array, strengths: Strengths) -> Array:
+        """Return the weights of the scaled columns and the constant term, for the normal equations `products`.
 
-        `strengths` contains the strengths of the penalties. The result contains the weights of the scaled columns,
-        followed by the constant term.
+        `products` (m + 2, m + 2) contains the products of the scaled columns, the constant and the target. `strengths`
+        contains the strengths of the penalties.
         """
-        held = np.vstack([s * p for s, p in zip(strengths, self._penalties, strict=True)])
-        A = np.vstack([triangle[:, : self.m], held])
-        rest = np.zeros(len(held))
-        free = np.column_stack([A[:, self.n :], np.concatenate([triangle[:, self.m], rest])])
-        x, v = nonnegative(A[:, : self.n], np.concatenate([triangle[:, -1], rest]), free)
+        whole = products.copy()
+        whole[: self.m, : self.m] += sum(s**2 * P for s, P in zip(strengths, self._penalties, strict=True))
+        whole[-1, -1] *= 1 + EXACT
+        R = np.asarray(
+            np.linalg.cholesky(whole).T, dtype=np.float64
+        )  # triangular factor of the columns with the rows of the penalties
+        x, v = nonnegative(R[:, : self.n], R[:, -1], R[:, self.n : -1])
         return np.concatenate([x, v])
-
-
-def _triangle(rows: Array) -> Array:
-    return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
 def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Progress) -> tuple[Strengths, float]:
@@ -139,6 +155,8 @@ def best_strengths(problem: Penalised, levels: Sequence[Strengths], progress: Pr
 
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tuple[Graph, int]:
     """Fit the model of the module docstring; return graph and number of weights."""
+    if options["density"] == BELL:
+        return _bell(data, options, progress)
     rows = data.counted
     u, y = data.u[rows], data.y[rows]
     density = smooth_density(data.u[data.train], options["n"], options["widths"], options["means"], options["start"])
@@ -157,6 +175,46 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     hysteresis = density.node("hysteresis", sign * (density.E @ x), sign * offset)
     alone = device(data, [hysteresis], (), ["hysteresis.u"], "hysteresis.y")
     return rate.behind(hysteresis, sign * v, data) if len(v) else alone, len(x) + len(v) + 1
+
+
+def _bell(data: Dataset, options: Options, progress: Progress) -> tuple[Graph, int]:
+    """Fit a density with a smooth logarithm and a static nonlinearity."""
+    scaling, gain, offset = scaled_input(data.u[: data.train.stop])
+    x, (every, kept, held) = gain * data.u + offset, fitted_and_held(data, MOST_ROWS)
+    held = held if len(held) else kept
+    size, middle = data.span / 2, float(data.y[data.counted].mean())
+    y = (data.y[every] - middle) / size
+    sigma = max(noise(data.y[data.counted]) / size, LEAST_NOISE)
+    cuts = [(r.start, every[(r.start <= every) & (every < r.stop)]) for r in data.records]
+    parts = [(x[first : rows[-1] + 1], rows - first) for first, rows in cuts if len(rows)]
+    demagnetised = options["start"] == "demagnetised"
+
+    def problem(of: Relays, rows: NDArray[np.intp], smooth: float) -> Problem:
+        used = np.isin(every, rows)
+        return Problem(of.on(used), y[used], options["bend"], smooth, sigma)
+
+    first = Relays(parts, options["n"], float(x[0]) if demagnetised else 0.0, options["start"], demagnetised)
+    best = problem(first, kept, SMOOTH[0]).started()
+    progress(0.5)
+    seen = Relays(parts, options["n"], best.centre, options["start"], False, first.half)
+    smooth, least = SMOOTH[0], np.inf
+    for level in SMOOTH:
+        trial = problem(seen, kept, level).fitted(best)
+        error = rms(problem(seen, held, level).errors(trial))
+        if not error < CLEARLY * least:
+            break
+        best, least, smooth = trial, error, level
+    progress(0.8)
+    last = problem(seen, every, smooth)
+    best = last.fitted(best)
+    slope, r, weights, at_0 = polygon(best.q)
+    nodes = [
+        scaling,
+        last.node(best),
+        Node("bend", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}),
+        Node("readout", "scaling", {"n": 1}, {"gain": size, "offset": middle + size * at_0}),
+    ]
+    return device(data, nodes, wired(nodes)), len(best.ln_mu) + len(best.q) + 2
 
 
 class _Rate:

@@ -29,12 +29,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, LAGS, Built, Candidate, Memory, Option, Options, Row
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Dynamics, search, told, uncertainty
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told
+from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option, with_plays
 from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
@@ -83,32 +85,35 @@ def g0_prandtl_ishlinskii(data: Dataset, options: Options, seed: int, progress: 
     The function returns the graph, the number of its parameters, and further results: f_n (Hz), zeta and the delay (s),
     with a warning for each of these three values that the data do not determine.
     """
-    rows, h, hold = data.counted, data.h, options["hold"]
+    hold = options["hold"]
+    rows = np.arange(len(data.u))[data.counted]
+    rows = rows[:: -(-len(rows) // MOST_ROWS)]
     scaling, gain, shift = scaled_input(data.u[data.train])
     x, x0, least = gain * data.u + shift, gain * u0_of(data, options) + shift, options["w0_min"] / gain
-    stride = -(-len(data.y[rows]) // MOST_ROWS)
-    y = data.y[rows][::stride]
 
-    def project(g: Dynamics, columns: Array) -> tuple[Array, Array, float]:
-        """Return the residuals, the weights of the plays, and the offset, for given dynamics."""
-        filtered = g.filter(columns, h, hold)[rows][::stride]
-        w, offset = weighted(filtered, y, least)
-        return filtered @ w + offset - y, w, offset
+    def fit(columns: Array, y: Array) -> tuple[Array, NDArray[np.bool_]]:
+        w, offset = weighted(columns[:, :-1], y, least)
+        return np.append(w, offset), np.append(w > 0, True)
 
-    columns = with_plays(x, thresholds(x[data.train], options["N"]), x0)
-    g = search(lambda g: project(g, columns)[0], data, options, lambda f: progress(0.5 * f))
+    def behind(r: Array) -> Weighted:
+        """Return the problem for the thresholds r: the input, the outputs of the plays, and a constant."""
+        return Weighted(np.column_stack([with_plays(x, r, x0), np.ones(len(x))]), data, rows, hold, fit)
+
+    plays = behind(thresholds(x[data.train], options["N"]))
+    g = search(plays, data, options, lambda f: progress(0.5 * f))
     for i in range(ROUNDS):
         finer = thresholds(x[data.train], FINER * options["N"])
-        r = finer[project(g, with_plays(x, finer, x0))[1][1:] > 0]
+        r = finer[behind(finer).project(g)[1][1:-1] > 0]
         if not len(r):
             r = finer[-1:]
-        columns = with_plays(x, r, x0)
-        g = search(lambda g: project(g, columns)[0], data, options, silent, g)  # noqa: B023 - called at once
+        plays = behind(r)
+        g = search(plays, data, options, silent, g)
         progress(0.5 + 0.5 * (i + 1) / ROUNDS)
-    _, w, offset = project(g, columns)
-    spread = uncertainty(lambda g: project(g, columns)[0], g, data, options)
+    weights = plays.project(g)[1]
+    w, offset = weights[:-1], weights[-1]
+    spread = uncertainty(plays, g, data, options)
     hysteresis = Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": w[0], "r": r, "w": w[1:], "u0": x0})
-    g0, *delays = g.nodes(h, hold)
+    g0, *delays = g.nodes(data.h, hold)
     late = [node.with_values(y0=float(w.sum() * x0)) for node in delays]
     chain = [scaling, hysteresis, g0, *late, Node("readout", "scaling", {"n": 1}, {"offset": offset})]
     return device(data, chain, wired(chain)), len(r) + 5, told(g, spread, data, options)

@@ -1,7 +1,5 @@
 """Conversion of graphs to the hysteresis of an actuator: an operator with static nonlinearities, lags and dynamics."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -9,7 +7,7 @@ import numpy as np
 
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.modelica import classes
-from hystfmu.modelica.actuator.slot import Slot, lags, left_out, limits, numbers, value, zones
+from hystfmu.modelica.actuator.slot import Slot, behind, lags, limits, numbers, static_gain, value, zones
 from hystfmu.modelica.literals import number
 from hystfmu.modelica.measures import si, to_si
 
@@ -36,7 +34,7 @@ def chain(graph: Graph) -> Slot | None:
     name, values, rest, offset = _operator(nodes[0])
     gain, at_0 = 1.0, 0.0
     if g0 := at.get("transfer_function"):
-        gain *= float(g0.value("b")[-1] / g0.value("a")[-1])
+        gain *= static_gain(g0)
     bend, creep, readout = (at.get(k) for k in ("dead_zones", "creep", "scaling"))
     if bend is not None and offset:
         return None
@@ -63,7 +61,7 @@ def chain(graph: Graph) -> Slot | None:
         value(first, "offset") if first else 0.0,
         gain,
         gain * (at_0 + offset) + (value(readout, "offset") if readout else 0.0),
-        [left_out(at["delay"])] if "delay" in at else [],
+        behind(at)[2],
     )
 
 
@@ -187,19 +185,15 @@ def bouc_wen(graph: Graph, h: float) -> Slot | None:
     if len(totals) != 1:
         return None
     total, x, z = totals[0], f"{first.name}.y", f"{operator.name}.z"
-    behind = list(graph.nodes[graph.nodes.index(total) + 1 :])
+    last = list(graph.nodes[graph.nodes.index(total) + 1 :])
     places = iter(["transfer_function", "delay", "scaling"])
-    if not all(n.type in places for n in behind) or (x, f"{operator.name}.u") not in graph.wires:
+    if not all(n.type in places for n in last) or (x, f"{operator.name}.u") not in graph.wires:
         return None
     beside = _beside(graph, nodes, total, (x, z), FASTEST * h)
     if beside is None:
         return None
     w0, w, values, at_0, curve = beside
-    at = {n.type: n for n in behind}
-    dynamics, readout = at.get("transfer_function"), at.get("scaling")
-    scale = value(readout, "gain") if readout else 1.0
-    if dynamics is not None:
-        scale *= float(dynamics.value("b")[-1] / dynamics.value("a")[-1])
+    scale, offset, left_out = behind({n.type: n for n in last})
     A, beta, gamma, n, z0 = (value(operator, k) for k in ("A", "beta", "gamma", "n", "z0"))
     bound = (A / (beta + gamma)) ** (1 / n)
     values |= {k: number(v) for k, v in (("A", A), ("beta", beta), ("gamma", gamma), ("knee", n), ("w0", w0), ("w", w))}
@@ -212,8 +206,8 @@ def bouc_wen(graph: Graph, h: float) -> Slot | None:
         value(first, "gain"),
         value(first, "offset"),
         scale,
-        scale * (value(total, "offset") + at_0) + (value(readout, "offset") if readout else 0.0),
-        [left_out(at["delay"])] if "delay" in at else [],
+        scale * (value(total, "offset") + at_0) + offset,
+        left_out,
         scale * (slopes[0] + curve),
         scale * (min(slopes) + curve),
     )

@@ -1,7 +1,6 @@
 """Class and parameters of the replaceable component ``hysteresis`` of an actuator (actuator hysteresis for short)."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,9 +61,20 @@ def limits(node: Node) -> dict[str, str]:
     return {k: number(value(node, k)) for k in ("lo", "hi")}
 
 
-def left_out(delay: Node) -> str:
-    """Return the description of a delay block that the actuator does not contain."""
-    return f"the delay of {delay.dims['n']} samples"
+def behind(at: Mapping[str, Node]) -> tuple[float, float, list[str]]:
+    """Return factor and offset of the blocks behind an operator, and descriptions of the parts that are left out.
+
+    `at` contains these blocks by type: linear dynamics, delay and scaling. The mechanics replace the dynamics.
+    """
+    scale, offset = (value(at["scaling"], k) for k in ("gain", "offset")) if "scaling" in at else (1.0, 0.0)
+    if g0 := at.get("transfer_function"):
+        scale *= static_gain(g0)
+    return scale, offset, [f"the delay of {at['delay'].dims['n']} samples"] if "delay" in at else []
+
+
+def static_gain(dynamics: Node) -> float:
+    """Return the static gain of linear dynamics."""
+    return float(dynamics.value("b")[-1] / dynamics.value("a")[-1])
 
 
 def zones(node: Node, names: tuple[str, str, str, str], gain: float = 1.0) -> tuple[dict[str, str], float]:

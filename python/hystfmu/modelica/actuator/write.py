@@ -1,7 +1,5 @@
 """Conversion of an identified model to an actuator, and its files: the class with its parameters, and an example."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -16,7 +14,7 @@ from hystfmu.modelica import classes
 from hystfmu.modelica.actuator.chain import bouc_wen, chain, preisach, temperatures, warm
 from hystfmu.modelica.actuator.mechanics import FORMS, Form, Mechanics, Mode, Sheet, mechanics
 from hystfmu.modelica.actuator.operators import magnetic, network, operator
-from hystfmu.modelica.actuator.slot import Slot
+from hystfmu.modelica.actuator.slot import Slot, static_gain
 from hystfmu.modelica.layout import placed
 from hystfmu.modelica.literals import number, string
 from hystfmu.modelica.measures import si
@@ -142,7 +140,7 @@ def _static(graph: Graph) -> Graph:
     The mechanics of the actuator replace these dynamics.
     """
     for n in _dynamics(graph):
-        gain = float(n.value("b")[-1] / n.value("a")[-1]) if n.type == "transfer_function" else 1.0
+        gain = static_gain(n) if n.type == "transfer_function" else 1.0
         graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
     return graph
 

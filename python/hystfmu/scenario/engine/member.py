@@ -4,8 +4,6 @@ The first-order hold is a straight line through the last two values of a source.
 the hold in the order, the line interpolates. If the source follows this unit, the line extrapolates.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 from collections.abc import Sequence
 from typing import Any

@@ -7,8 +7,6 @@ cases in parallel.
 The units of the master in C are graphs of the core, and foreign FMUs with their function pointers.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import functools
 from collections.abc import Iterator, Mapping, Sequence

@@ -10,8 +10,6 @@ margins` computes it. A loop without an inverse needs this simulation for its ga
 margins are reported for such a loop.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Collection, Mapping, Sequence

@@ -5,8 +5,6 @@ The incremental gain represents all parts with memory, including dynamics that t
 The function `held` discretises the dynamics for a delayed command that is constant or a ramp in each step.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace

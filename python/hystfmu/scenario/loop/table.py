@@ -5,8 +5,6 @@ additional delay of whole fine steps after the command. Bisection finds the larg
 fail. The case fails if the run stops, if the error grows, or if the error is far above the error without this delay.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

@@ -23,8 +23,6 @@ Two signals have the same unit of measure if they are connected, if a metric sub
 without scaling. If the unit of measure of one of these signals is stated, it applies to all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, Protocol
 

@@ -103,7 +103,8 @@ class Trace:
                 width = chunk.values.shape[1]
                 if n_rows * width > MOST_VALUES:
                     raise InputError(
-                        f"a trace would have {n_rows} rows of {width} values, more than {MOST_VALUES}: use its chunks"
+                        f"a trace would contain {n_rows} rows of {width} values, more than {MOST_VALUES}: "
+                        "use its chunks"
                     )
                 whole = cls(np.empty(n_rows), np.empty((n_rows, width)), chunk.columns, chunk.ripple)
             rows = slice(chunk.first, chunk.first + len(chunk.t))

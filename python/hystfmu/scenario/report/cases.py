@@ -1,7 +1,5 @@
 """Cases on a report page: diagrams of the worst and the best case, and the table of all scenarios and cases."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence, Set

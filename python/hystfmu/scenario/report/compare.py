@@ -1,7 +1,5 @@
 """Compare the report.json of two runs on one page: metrics and margins, largest changes first, and signals."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

@@ -3,8 +3,6 @@
 The delay budget lists every hold and every delayed value. It is computed from order, connections and rates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Scenario results for a terminal: verdicts, failures, and changes from the baseline."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

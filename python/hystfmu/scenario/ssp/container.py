@@ -14,8 +14,6 @@ transmit outputs repeatedly, also to components that are earlier in the order. T
 to one component, so that the order of these units does not change.
 """
 
-from __future__ import annotations
-
 import hashlib
 import struct
 import xml.etree.ElementTree as ET

@@ -6,8 +6,6 @@ but raises an InputError.
 The result of a run is compared with the reference result in the archive.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math

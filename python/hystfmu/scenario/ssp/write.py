@@ -10,8 +10,6 @@ suppresses the conversion. HystFMU does not convert units of measure. Therefore 
 that needs a conversion.
 """
 
-from __future__ import annotations
-
 import io
 import math
 import re

@@ -7,8 +7,6 @@ ends, the first one directly before it. Otherwise the discontinuity would take e
 unit that uses the values at the end of the step.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
