@@ -59,7 +59,7 @@ LARGE = 2.0  # gap of minor loops (% of the span) above which static return-poin
 CLOSED = 0.05  # gap of minor loops (% of the span) up to which models with open loops are excluded
 BUDGET = 24.0  # estimated time for all candidates (s); it is not measured, so that the load does not change the choice
 EXPLAINED = 0.3  # error of a model, relative to the gap of minor loops, up to which it represents their gap
-HOPEFUL = 0.3  # expected share of the full cost for kinds with a trial fit, because most of them fail the trial
+HOPEFUL = 0.2  # expected share of the full cost for kinds with a trial fit: most fail it, or need no fit at all
 LEAST_ROWS, FEWER = 2000, 0.9  # minimum number of rows of the comparison, and factor by which the number is reduced
 SHORT = 0.2  # cost of a short trial fit, relative to a full fit
 

@@ -34,11 +34,11 @@ from hystfmu.model import run_along
 TEXT = "oscillator with Maxwell-slip friction, non-negative least squares, refined on the free run"
 GRIDS = (12, 8, 17, 24)  # numbers of half-widths from which springs are selected
 WIDTHS = (0.004, 0.45)  # smallest and largest half-width, relative to the span of y
-CORNER, HIGHEST = 4.0, 0.25  # corner frequency of the filter: relative to the RMS frequency of u; limit in cycles a row
+CORNER, HIGHEST = 16.0, 0.25  # corner frequency of the filter: relative to the RMS frequency of u; limit in 1 / row
 EVALUATIONS, TOLERANCE = 60, 1e-7  # limits of a search
 POOR = 0.03  # RMS error, relative to the span of y, above which no further grid is tried
 LEAST = 0.01  # smallest start value of the damping ratio, and of k_L relative to the stiffness of all springs
-DOWN, UP = 6.0, (2.0, 6.0, 3.0)  # bounds of the logarithms of all parameters, and of m_L, c_L and stiffnesses
+DOWN, UP = 6.0, (4.0, 6.0, 3.0)  # bounds of the logarithms of all parameters, and of m_L, c_L and stiffnesses
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     for i, count in enumerate(GRIDS):
         progress(i / len(GRIDS))
         y = gain * data.u + beside
-        for _ in range(2):  # the first model replaces the output of held-out rows, which is proportional to u before
-            objective = selected(data, y, count).objective(data)
+        for known in (False, True):  # the first model replaces the output of held-out rows, before proportional to u
+            objective = selected(data, y, count, known).objective(data)
             start = np.zeros(len(objective.coordinates.lo))
             y = run_along(objective.graph(start), data)
             y[rows] = data.y[rows]
@@ -93,11 +93,11 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     return best.graph(p), len(p) + 1, {"free": determined(best, p).table}
 
 
-def selected(data: Dataset, y: Array, count: int) -> Springs:
+def selected(data: Dataset, y: Array, count: int, known: bool) -> Springs:
     """Fit the filtered equation of motion to the displacement y (n,) with `count` half-widths; return the springs.
 
-    If the mass or all stiffnesses of springs with a slider are 0, or the natural frequency is above pi/h, an InputError
-    is raised.
+    If all stiffnesses of springs with a slider are 0, an InputError is raised. If the natural frequency is above pi/h,
+    an InputError is raised too, unless held-out rows of y are not `known`; the mass is then increased to this limit.
     """
     rows, h, seen = data.counted, data.h, data.u[data.train]
     r = np.ptp(y[rows]) * np.geomspace(*WIDTHS, count)
@@ -116,12 +116,14 @@ def selected(data: Dataset, y: Array, count: int) -> Springs:
     x, _ = nonnegative(np.column_stack([*of_y, filtered(0, deflections)]), sign * force, np.ones((len(force), 1)))
     (m, c, k), springs = x[:3], x[3:]
     most = k + springs.sum()
-    if not (m > 0 and springs.any() and most * h**2 < m * np.pi**2):
+    least = most * (h / np.pi) ** 2
+    if not springs.any() or (known and m <= least):
         raise InputError(
             f"{data.path or data.name}: The record must show a mass that is held by springs with sliders, with a "
             f"natural frequency below pi/h = {np.pi / h:.3g} 1/s. Got m_L = {m:g}, k_L = {k:g} and "
             f"{springs.sum():g} for the sum of k: take another kind."
         )
+    m = max(m, least)
     lead = [m, max(c, 2 * LEAST * np.sqrt(m * most)), max(k, LEAST * most)]
     return Springs(sign, np.concatenate([lead, springs[springs > 0]]), r[springs > 0])
 

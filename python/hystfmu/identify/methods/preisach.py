@@ -55,7 +55,7 @@ CLEARLY, LEAST_NOISE = 0.9, 1e-4  # ratio of validation errors; smallest assumed
 MOST_ROWS = 3000  # maximum number of rows of a fit of ln mu; more rows are thinned evenly
 LINEAR, BELL = "linear", "bell"
 CANDIDATES = (
-    Candidate(ANY, 0.5, 0.42, quick={"n": 20, "widths": 12, "means": 4}),
+    Candidate(ANY, 1.2, 0.12, quick={"n": 20, "widths": 12, "means": 4}),
     Candidate(ANY, 0.5, 0.8, options={"density": BELL}, quick={"n": 20}),
 )
 OPTIONS = (

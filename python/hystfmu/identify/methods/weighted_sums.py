@@ -185,7 +185,7 @@ KINDS = {
             u0_option("every play rests"),
             *DYNAMICS_OPTIONS,
         ),
-        (Candidate(LAGS, 1.0, 1.0),),
+        (Candidate(LAGS, 0.6, 0.1),),
         Memory(5200.0, "N"),
     ),
     "krasnoselskii_pokrovskii": Row(
