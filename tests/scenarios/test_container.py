@@ -316,6 +316,33 @@ def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: st
     assert tried(box) == []
 
 
+def test_a_type_of_another_version_is_damage(write: Any, tmp_path: Path) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    file = box / "resources" / "system.txt"
+    whole = file.read_text()
+    for letter in "fbBhHIqQe":
+        file.write_text(re.sub(r"(connected 1 \d+ )i ", rf"\g<1>{letter} ", whole))
+        assert file.read_text() != whole
+        (said,) = tried(box)
+        assert said.startswith("resources/system.txt is damaged near its byte "), letter
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_halves_go_to_the_even_number(write: Any, tmp_path: Path, fmi: int) -> None:
+    folder = typed(write, fmi)
+    data = tomllib.loads((folder / "scenario.toml").read_text())
+    steps = {"shape": "steps", "levels": [-2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5], "T": 1e-3}
+    data["units"]["reference"] = {"block": "reference", "dims": {"m": 7}, "values": steps}
+    folder = Path(write(data))
+    written(folder, tmp_path / "box.fmu")
+    got = boxed(tmp_path / "box.fmu", tmp_path / "box", 1e-3, 6)
+    whole = {**steps, "levels": [-2.0, -2.0, 0.0, 0.0, 2.0, 2.0, 4.0]}
+    data["units"]["reference"]["values"] = whole
+    rounded = simulate(ready(Path(write(data))), "native")
+    assert got["x.k"].tobytes() == rounded["x.k"][:7].tobytes()
+
+
 NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the signal has -8 to 8
     **dict.fromkeys(("Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"), (100, 1)),
     **{"Float32": (0.1, 2.5), "Float64": (0.1, 2.5), "Boolean": (True, False)},
