@@ -222,7 +222,7 @@ def test_an_inverse_that_cannot_be_is_refused(actuator, model):
         type(actuator)(actuator.key, falling, actuator.step, "", {}, actuator.provenance).inverse("exact")
     with pytest.raises(InputError, match=r"A model to invert by learning must have no covariates. Got T, load"):
         model.inverse("learned")
-    with pytest.raises(InputError, match=r"must depend only on the input of the inverse in Modelica. Got 'features'"):
+    with pytest.raises(InputError, match=r"must depend only on its own input in Modelica. Got 'features'"):
         model.inverse("implicit").export_modelica("Inverse")
 
 

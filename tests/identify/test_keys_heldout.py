@@ -38,11 +38,11 @@ ELSEWHERE = {  # dynamics, by another rule or step than the core's in that test
     "g0_bouc_wen": ("test_g0_bouc_wen", "test_hysteresis_and_dynamics_are_recovered_and_hold_on_other_signals"),
     "g0_jiles_atherton": ("test_foreign_devices", "test_a_magnetic_device_about_a_bias"),
     "narx_network": ("test_benchmarks", "test_narx_network_on_an_oscillator_with_a_bouc_wen_force"),
-    "bouc_wen_oscillator": ("test_benchmarks", "test_grey_box_oscillator_recovers_a_plant_of_another_integrator"),
+    "bouc_wen_oscillator": ("test_oscillator_searches", "test_a_plant_of_another_integrator"),
     "duhem_oscillator": ("test_duhem_oscillator", "test_a_plant_of_another_integrator_on_other_signals"),
     "lugre": ("test_friction", "test_a_foreign_device_to_the_noise_of_its_record"),
     "maxwell_slip_oscillator": ("test_friction", "test_a_foreign_device_to_the_noise_of_its_record"),
-    "auto": ("test_benchmarks", "test_s3_bouc_wen_is_picked_and_holds_on_other_signals"),
+    "auto": ("test_auto", "test_each_class_of_memory"),
 }
 
 

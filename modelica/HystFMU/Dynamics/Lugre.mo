@@ -3,10 +3,10 @@ block Lugre "LuGre friction: bristles with a Stribeck curve"
   extends BaseClasses.Lugre(y(start = sigma_0*z0, fixed = true));
   extends Interfaces.Sampled;
 protected
-  discrete Real last(start = 0, fixed = true) "Displacement at the last sample";
-  discrete Real v(start = 0, fixed = true) "Velocity";
-  discrete Real d(start = d_s, fixed = true) "Deflection of steady motion";
-  discrete Real z(start = z0, fixed = true) "Deflection of the bristles";
+  discrete Types.Position last(start = 0, fixed = true) "Displacement at the last sample";
+  discrete Types.Velocity v(start = 0, fixed = true) "Velocity";
+  discrete Types.Position d(start = d_s, fixed = true) "Deflection of steady motion";
+  discrete Types.Position z(start = z0, fixed = true) "Deflection of the bristles";
 equation
   when sample(t0, Ts) then
     last = u;

@@ -27,10 +27,10 @@ def test_how_many_rows_all_can_be_tried_on():
     cheap = [Candidate(ANY, 1.0, 0.1)] * 12  # 12 s, and 1.2 s per 1000 rows
     assert auto.affordable(cheap, 10_000) == 10_000  # 24 s
     assert auto.affordable(cheap, 10_001) == 9000
-    quick = [Candidate(ANY, 2.0, 4.0, quick={"N": 1})] * 2  # 0.3 of 4 s and 8 s per 1000
+    quick = [Candidate(ANY, 2.0, 4.0, quick={"N": 1})] * 3  # 0.2 of 6 s and 12 s per 1000
     assert auto.affordable(quick, 9500) == 9500
     assert auto.affordable([*quick, Candidate(ANY, 0.3, 0.0)], 9500) == 8550
-    expensive = [Candidate(ANY, 2.0, 4.0)] * 2  # tried on a part of the rows
+    expensive = [Candidate(ANY, 2.0, 4.0)] * 3  # tried on a part of the rows
     assert auto.affordable(expensive, 9500) == 9500
     assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 30_000) == auto.LEAST_ROWS
     assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500

@@ -1,6 +1,7 @@
 """Oscillators with a Bouc-Wen or a Duhem force: linear estimate, the fit, what is refused, passive parameters."""
 
 import numpy as np
+import plants
 import pytest
 
 import hystfmu as hy
@@ -71,6 +72,20 @@ def test_the_parameters_of_the_plant_are_found_with_their_bounds():
     assert set(found) == {f"plant.{k}" for k in (*want, "beta", "gamma", "delta")}
     assert (model.graph.inputs[0].unit, model.graph.inputs[0].start) == ("N", data.u[0])
     assert model.graph.outputs[0].unit == "m"
+
+
+def test_a_plant_of_another_integrator():
+    h, true = 5e-4, {"m_L": 2.0, "c_L": 15.0, "k_L": 3e4, "alpha": 4e4}
+    spectrum = np.zeros(2001, complex)
+    spectrum[10:120] = np.exp(2j * np.pi * np.random.default_rng(2).uniform(size=110))
+    u = np.fft.irfft(spectrum, 4000)
+    u *= 60 / u.std()
+    model = hy.fit(Dataset.from_signal(u, plants.bouc_wen_oscillator(u, h, *true.values()), h), "bouc_wen_oscillator")
+    assert model.fit["rms_percent"] < 0.02  # two integrators, 60 rows per period
+    node = model.graph.node("plant")
+    assert {k: node.value(k)[0] for k in true} == pytest.approx(true, rel=0.02)
+    products = node.value("beta")[0] * np.array([node.value("gamma")[0], node.value("delta")[0]])
+    assert products == pytest.approx([900.0, -400.0], rel=0.05)
 
 
 def test_the_sharpness_is_that_of_the_option():
@@ -150,7 +165,7 @@ def refused(monkeypatch):
 def test_a_soft_oscillator_is_one_too(refused):
     """It is refused for its output, not for its frequency."""
     for lead in ((1e-5, 1e-5, 0.5), (1e-6, 1e-6, 1e-3)):
-        with pytest.raises(InputError, match=r"than no output at all"):
+        with pytest.raises(InputError, match=r"below that of the output 0"):
             refused(lead)
 
 

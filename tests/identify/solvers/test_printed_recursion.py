@@ -50,7 +50,7 @@ def data():
 
 
 # ---- preisach -------------------------------------------------------------------------------------------------------
-OPTIONS = {"n": 8, "widths": 4, "means": 3, "rate": None, "start": "demagnetised"}
+OPTIONS = {"n": 8, "widths": 4, "means": 3, "rate": None, "start": "demagnetised", "density": "linear"}
 
 
 def strengths_of(monkeypatch, errors):
