@@ -41,6 +41,7 @@ WIDE = 10.0, 3.0  # standard deviations of ln r and of W, for y in [-1, 1]: weak
 SLOPES = (0.0, 0.1, 0.2, 0.4)  # start values of k
 CHUNK = 4096  # number of points that are processed together
 EVALUATIONS, TOLERANCE = 40, 1e-4  # limits of a search
+SEARCHED, NOISE = 2, 1.5  # start values of searches, as one can end in a local minimum; error of a good fit over sigma
 
 
 @dataclass(frozen=True)
@@ -154,9 +155,16 @@ class Problem:
         return np.vstack([changed / self.sigma, self.penalty])
 
     def fitted(self, starts: Sequence[Saturating]) -> Saturating:
-        """Return the result of a search from the start values with the smallest output error."""
-        start = min(starts, key=lambda s: rms(self.errors(s)))
-        return Saturating.at(refined(self, start.p, EVALUATIONS, TOLERANCE).p)
+        """Return the best result of searches from the start values with the smallest output errors.
+
+        There are at most `SEARCHED` searches, and no further one if the errors are not larger than the noise.
+        """
+        found = []
+        for start in sorted(starts, key=lambda s: rms(self.errors(s)))[:SEARCHED]:
+            found.append(refined(self, start.p, EVALUATIONS, TOLERANCE))
+            if rms(self.errors(Saturating.at(found[-1].p))) < NOISE * self.sigma:
+                break
+        return Saturating.at(min(found, key=lambda f: f.cost).p)
 
 
 def started(u: Array, y: Array, rows: Rows, pieces: tuple[Rows, Rows], n: int) -> list[Saturating]:
