@@ -59,12 +59,12 @@ static splines splines_at(int m, double u) {
   const double place = 0.5 * (hyst_clamp(u, -1, 1) + 1) * cells, inside = u > -1 && u < 1 ? 0.5 * cells : 0;
   const int first = place < cells ? (int)place : cells - 1;
   const double t = place - first;
-  if (m == 0) return (splines){0, 0, {1}, {0}};
-  if (m == 1) return (splines){0, 1, {1 - t, t}, {-inside, inside}};
-  return (splines){first,
-                   2,
-                   {0.5 * (1 - t) * (1 - t), 0.5 + t * (1 - t), 0.5 * t * t},
-                   {(t - 1) * inside, (1 - 2 * t) * inside, t * inside}};
+  const splines constant = {0, 0, {1}, {0}}, line = {0, 1, {1 - t, t}, {-inside, inside}};
+  const splines parabola = {first,
+                            2,
+                            {0.5 * (1 - t) * (1 - t), 0.5 + t * (1 - t), 0.5 * t * t},
+                            {(t - 1) * inside, (1 - 2 * t) * inside, t * inside}};
+  return m == 0 ? constant : m == 1 ? line : parabola;
 }
 
 static double slope(const law *l, double u, double w) {
