@@ -51,7 +51,7 @@ SLICE = [
     ("polynomial_narx", "", 2),
     ("bouc_wen_oscillator", "", 3),
 ]
-CASES = [(key, way, fmi) for key in METHODS for way in ("", *WAYS) for fmi in (2, 3)]
+CASES = [(key, way, fmi) for key in METHODS for way in ("", *WAYS) if way != "adaptive" for fmi in (2, 3)]
 LONG = [pytest.param(*c, marks=pytest.mark.stress) for c in CASES if c not in SLICE]
 
 
