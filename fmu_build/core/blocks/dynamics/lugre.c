@@ -1,8 +1,9 @@
 /* LuGre friction: the force of elastic bristles over the displacement u of one surface along the other.
- *   z' = v - |v| z / d(v),   d(v) = d_c + (d_s - d_c) e^(-(v/v_s)^2),   y = sigma_0 z + sigma_1 z' + sigma_2 v,   v =
- * u' d is the deflection of steady motion, g / sigma_0 for the force g of the paper, so that y is linear in all sigma.
- * u is a ramp over a step. At constant velocity, z approaches sgn(v) d(v) exponentially along the path of u. Therefore
- * a step of any length is exact, also for stiff bristles. The model of Dahl has d_s = d_c and sigma_1 = 0. Canudas de
+ *   z' = v - |v| z / d(v),   d(v) = d_c + (d_s - d_c) e^(-(v/v_s)^2),   v = u'
+ *   y = sigma_0 z + sigma_1 z' + sigma_2 v
+ * The deflection of steady motion d is g / sigma_0 for the force g of the paper, so that y is linear in all sigma. u is
+ * a ramp over a step. At constant velocity, z approaches sgn(v) d(v) exponentially along the path of u. Therefore a
+ * step of any length is exact, also for stiff bristles. The model of Dahl has d_s = d_c and sigma_1 = 0. Canudas de
  * Wit, Olsson, Astrom & Lischinsky, IEEE Trans. Automat. Control 40 (1995) 419-425. The output depends on the current
  * input, so the state holds the last step and its start values. */
 #include "core/elementary/elementary.h"
