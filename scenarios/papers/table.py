@@ -11,11 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from hystfmu.base.arrays import Array
 from hystfmu.base.printable import escape
 from hystfmu.report import page
 from hystfmu.report.diagrams import Ratio, Ratios
 from hystfmu.report.page import Section, Table
-from hystfmu.report.plot import Plot
+from hystfmu.report.plot import MOST_POINTS, Line, Plot
 from hystfmu.report.terminal import table
 from papers.row import GROUPS, Row, Stated, over
 
@@ -109,6 +110,16 @@ def report(of: Stated, rows: tuple[Row, ...], drawings: tuple[Plot, ...] = (), *
     """
     facts = of.texts("report", values) | values
     return Report(of.module, facts["source"], rows, tuple(facts["notes"]), drawings, facts.get("omitted", {}))
+
+
+def curves(
+    title: str, axes: tuple[str, str], x: Array | None, lines: Mapping[str, Any], points: int = MOST_POINTS
+) -> Plot:
+    """Return a diagram. `axes` contains the labels of both axes, and `lines` the values (n,) over `x` by name.
+
+    Without a common `x`, each entry of `lines` is a pair of abscissa and ordinate.
+    """
+    return Plot(title, *axes, [Line(name, *(v if x is None else (x, v))) for name, v in lines.items()], points=points)
 
 
 def figure(p: Plot) -> str:
