@@ -7,7 +7,7 @@ effect on the exit status, because run times depend on the load of the computer.
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -120,6 +120,15 @@ def curves(
     Without a common `x`, each entry of `lines` is a pair of abscissa and ordinate.
     """
     return Plot(title, *axes, [Line(name, *(v if x is None else (x, v))) for name, v in lines.items()], points=points)
+
+
+def gathered(parts: Sequence[Callable[[], list[Row]]], progress: Callable[[float], None]) -> tuple[Row, ...]:
+    """Return the rows of all `parts`, and call `progress` with the completed fraction after each part."""
+    rows: list[Row] = []
+    for k, part in enumerate(parts):
+        rows += part()
+        progress((k + 1) / len(parts))
+    return tuple(rows)
 
 
 def figure(p: Plot) -> str:

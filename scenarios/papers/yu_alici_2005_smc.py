@@ -63,11 +63,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     progress(0.5)
     controlled, figs_10_11 = _control(lambda fraction: progress(0.5 + 0.5 * fraction))
     rows += [*identified, *controlled]
-    return report(
-        ROW,
-        tuple(rows),
-        (*_drawings(), *drawings_of_relays(), fig_9, *figs_10_11),
-    )
+    return report(ROW, tuple(rows), (*_drawings(), *drawings_of_relays(), fig_9, *figs_10_11))
 
 
 def measured(u: Array, seed: int = 0) -> Dataset:
@@ -274,14 +270,9 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Plot, 
             *_against_open(f, loops.run("open_loop", case)[0], printed),
             ROW.over_seeds("inverse_alone", both(law, case, **off), f=f),
             ROW.over_seeds("as_printed", printed, f=f),
-            *(
-                Row(f"{f} Hz, {name}", None, None, ours(scenario, case), nominal)
-                for scenario, name in (
-                    ("pid", "PID and our inverse"),
-                    (integral, "sliding mode with integral"),
-                    ("internal_model", "internal model"),
-                )
-            ),
+            Row(f"{f} Hz, PID and our inverse", None, None, ours("pid", case), nominal),
+            Row(f"{f} Hz, sliding mode with integral", None, None, ours(integral, case), nominal),
+            Row(f"{f} Hz, internal model", None, None, ours("internal_model", case), nominal),
         ]
     for suffix, name in (
         ("", "20 % mismatch, "),
@@ -289,17 +280,12 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Plot, 
     ):
         for f, target in ((10, 0.08), (100, 0.75)):
             case = f"up_400{suffix}_{f}"
+            limit = None if suffix else target
             rows += [
                 Row.over_seeds(f"{f} Hz, {name}sliding mode as printed", None, both(law, case)),
                 Row(f"{f} Hz, {name}PID", None, None, ours("pid", case)),
                 Row(f"{f} Hz, {name}sliding mode with integral", None, None, ours(integral, case)),
-                Row(
-                    f"{f} Hz, {name}internal model",
-                    None,
-                    None,
-                    ours("internal_model", case),
-                    None if suffix else target,
-                ),
+                Row(f"{f} Hz, {name}internal model", None, None, ours("internal_model", case), limit),
             ]
     limits = {"sliding_mode__u_min": -2.0, "sliding_mode__u_max": 2.0}
     chattering = loops.run(law, "sine_10", loops.ours, sliding_mode__eta=1.1, **limits)

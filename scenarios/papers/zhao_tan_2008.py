@@ -108,13 +108,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     drawings = (*_drawings(plant, record, kp_output), *shown)
     progress(1.0)
     return report(
-        ROW,
-        tuple(rows),
-        drawings,
-        decays_last=DECAYS[-1],
-        sizes=" or ".join(map(str, SPLITS)),
-        decay=decay,
-        size=size,
+        ROW, tuple(rows), drawings, decays_last=DECAYS[-1], sizes=" or ".join(map(str, SPLITS)), decay=decay, size=size
     )
 
 

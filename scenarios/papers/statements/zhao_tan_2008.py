@@ -42,11 +42,7 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
         ROW("operator", ours=float(np.abs(last - auxiliary(u)).max()), target=ROUNDING),
         ROW("lemma_1", float(forward[0].neighbours), float(forward[1].neighbours), about=about),
         *_one_loop(plant),
-        ROW(
-            "lemma_2",
-            least_slope(u, last, FROM_EXTREMUM),
-            least_slope(u, dominant, FROM_EXTREMUM),
-        ),
+        ROW("lemma_2", least_slope(u, last, FROM_EXTREMUM), least_slope(u, dominant, FROM_EXTREMUM)),
         ROW("continuity", ours=_step(plant, 0.0001) / _step(plant, 0.001)),
         ROW("crossings", float(forward[0].others), float(forward[1].others), about=about),
         ROW("at_crossings", 50 * forward[0].difference, 50 * forward[1].difference),
