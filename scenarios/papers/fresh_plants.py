@@ -18,8 +18,7 @@ from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from papers import drawn_plants
 from papers.drawn_plants import Response
-from papers.row import Row, Stated
-from papers.table import Report, gathered, report
+from papers.table import Report, Row, Stated, gathered, report
 
 ROW = Stated(__name__)
 

@@ -32,11 +32,10 @@ from hystfmu.model import Model
 from hystfmu.report.plot import Plot
 from papers.ipmc_sensor import RATE, STROKE, VOLTAGE, excitation, ipmc, sensor
 from papers.recursive import Recursive
-from papers.row import Row, Stated
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q
 from papers.statements.printed import PrintedRecursive, auxiliary, exponential
-from papers.table import Report, curves, nearest, report, scanned
+from papers.table import Report, Row, Stated, curves, nearest, report, scanned
 
 ROW = Stated(__name__)
 

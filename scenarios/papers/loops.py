@@ -16,8 +16,7 @@ from hystfmu.scenario.loop.opening import opened_loops, verdicts_of
 from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.spec import shipped_scenarios
 from papers import study_speed
-from papers.row import Row, Stated
-from papers.table import Report, gathered, report
+from papers.table import Report, Row, Stated, gathered, report
 
 ROW = Stated(__name__)
 

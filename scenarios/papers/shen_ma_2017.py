@@ -43,9 +43,8 @@ from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Plot
 from papers import dbo_piezo, sums_of_plays
-from papers.row import Row, Stated
 from papers.statements import shen_ma_2017 as statements
-from papers.table import Report, curves, nearest, report, scanned
+from papers.table import Report, Row, Stated, curves, nearest, report, scanned
 
 ROW = Stated(__name__)
 

@@ -27,9 +27,8 @@ from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Plot
 from hystfmu.scenario.system.spec import shipped_scenarios
 from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
-from papers.row import Row, Stated
 from papers.statements import yu_alici_2005_smc as statements
-from papers.table import Report, curves, report
+from papers.table import Report, Row, Stated, curves, report
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace

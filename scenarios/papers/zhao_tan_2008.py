@@ -31,9 +31,8 @@ from hystfmu.model import Model, accuracy
 from hystfmu.report.plot import Plot
 from papers import nested_loops
 from papers.nested_loops import STEP, Response, recorded
-from papers.row import Row, Stated
 from papers.statements import zhao_tan_2008 as statements
-from papers.table import Report, curves, nearest, report, scanned
+from papers.table import Report, Row, Stated, curves, nearest, report, scanned
 
 ROW = Stated(__name__)
 

@@ -6,8 +6,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.methods.constraint_factor_mlp import basis, stack_coordinates
-from papers.row import Row, Stated
 from papers.statements.printed import from_last_extremum
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 

@@ -14,8 +14,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from papers.rate_plant import RATE, actuator
-from papers.row import Row, Stated
 from papers.statements import relay_sum
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 

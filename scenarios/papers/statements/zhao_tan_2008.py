@@ -11,9 +11,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from papers.nested_loops import Response
-from papers.row import Row, Stated
 from papers.statements.branches import area, crossings, least_slope
 from papers.statements.printed import auxiliary
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 
