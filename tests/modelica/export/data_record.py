@@ -8,7 +8,7 @@ sys.path += [str(p) for p in Path(__file__).parents[1:3]]  # as pytest has them
 import library
 
 from hystfmu.model import Model
-from hystfmu.modelica.record import record
+from hystfmu.modelica.record import mark, record
 
 REPOSITORY = library.ROOT.parents[1]
 SOURCES = {
@@ -22,7 +22,7 @@ SOURCES = {
 
 def records() -> dict[str, str]:
     """Text of each record by its name."""
-    return {n: record(Model.load(REPOSITORY / s), n, "HystFMU.Data", s) for n, s in SOURCES.items()}
+    return {n: f"{mark(s)}\n{record(Model.load(REPOSITORY / s), n, 'HystFMU.Data', s)}" for n, s in SOURCES.items()}
 
 
 if __name__ == "__main__":
