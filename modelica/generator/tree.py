@@ -12,6 +12,7 @@ from generator import validation
 from generator.base_class import base_classes, enumerations, package
 from generator.declarations import number
 from generator.drawing import drawn, nested, pictures
+from generator.records import records
 from generator.shelf import REALISATIONS, Shelf, is_generated, mark
 from hystfmu.base.printable import escape
 from hystfmu.modelica.literals import class_text
@@ -127,7 +128,8 @@ _PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # connection of a model
 def generated(root: Path) -> dict[PurePath, str]:
     """Return the text of each generated file, by its path relative to `root`, the folder HystFMU.
 
-    The result also contains hand-written files to which lines of connections are added.
+    The result also contains files without the mark of `make generate` if they are stale: hand-written files to which
+    lines of connections are added, and records of identified models.
     """
     shelf = Shelf(root)
     classes = {b.path: b.text(shelf) for b in base_classes()}
@@ -137,7 +139,7 @@ def generated(root: Path) -> dict[PurePath, str]:
     classes |= _page_of_checks(root)
     every_text = nested({**shelf.texts, **classes})
     classes = {name: drawn(text, name, every_text) for name, text in classes.items()}
-    by_hand = {name: drawn(text, name, every_text) for name, text in shelf.texts.items()}
+    by_hand = {name: drawn(text, name, every_text) for name, text in {**shelf.texts, **records(shelf)}.items()}
     classes |= {name: text for name, text in by_hand.items() if text != shelf.texts[name]}
     made = {_file(name): text for name, text in classes.items()}
     every = {*made, *map(_file, shelf.texts)}
