@@ -4,7 +4,7 @@ import re
 
 from generator.shelf import Shelf
 from hystfmu.model import Model
-from hystfmu.modelica.record import is_ours, record
+from hystfmu.modelica.record import is_ours, mark, record
 
 _SOURCE = re.compile(r"// generated from (\S+)")
 
@@ -25,5 +25,5 @@ def records(shelf: Shelf) -> dict[str, str]:
         if package == "Data" and is_ours(text):
             source = _SOURCE.match(text).group(1)  # type: ignore[union-attr]
             model = Model.load(shelf.root.parents[1] / source)
-            found[full] = record(model, name, "HystFMU.Data", source)
+            found[full] = f"{mark(source)}\n{record(model, name, 'HystFMU.Data', source)}"
     return found

@@ -15,6 +15,7 @@ from generator.drawing import drawn, nested, pictures
 from generator.records import records
 from generator.shelf import REALISATIONS, Shelf, is_generated, mark
 from hystfmu.base.printable import escape
+from hystfmu.modelica.literals import class_text
 
 # packages and pages of the guide in reading order
 _FIRST = (
@@ -207,28 +208,23 @@ def _page_of_checks(root: Path) -> dict[str, str]:
     """
     table = tomllib.loads((root.parent / "rules.toml").read_text("utf-8"))
     rows = sorted(table.items(), key=lambda row: _by_section(row[1]["section"]))
-    lines = "\n".join(
+    listed = "\n".join(
         f"<tr><td>{_APART.get(row['section'], row['section'])}</td><td>{name}</td>"
         f"<td>{escape(row['text'], quote=False)}.</td></tr>"
         for name, row in rows
     )
-    return {
-        "UsersGuide.Checks": f"""{mark(_RULES)}
-within HystFMU.UsersGuide;
-package Checks "Checks of every class"
-  extends Icons.Information;
-  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
+    info = f'''"<html>
 <p>Different tools detect different faults. <code>make modelica-strict</code> checks every class by these rules, the
 tests every exported package; numbers are sections of the Modelica Language Specification 3.6. Each rule has a test that
 inserts a fault and checks that the lint reports it.</p>
 <table>
 <tr><th>Section</th><th>Rule</th><th>What it asks for</th></tr>
-{lines}
+{listed}
 </table>
-</html>"));
-end Checks;
-"""
-    }
+</html>"'''
+    before, lines = 'preferredView = "info", DocumentationClass = true, ', ["  extends Icons.Information;"]
+    page = class_text("package Checks", "Checks of every class", lines, info, "HystFMU.UsersGuide", before)
+    return {"UsersGuide.Checks": f"{mark(_RULES)}\n{page}"}
 
 
 def _by_section(section: str) -> tuple[bool, list[int], str]:
