@@ -89,13 +89,17 @@ class Differences:
             self._last = key, self._of(p)
         return self._last[1]
 
-    def jacobian(self, p: Array) -> Array:
-        """Return the derivatives (rows, n) of the residuals at a point p."""
+    def slopes(self, p: Array) -> tuple[Array, Array | None]:
+        """Return the derivatives (rows, n) for the linear parameters of a point p, and the basis of their columns."""
         of, basis = self._held(p) if self._held else (self._of, None)
         here, c = of(p) if self._held else self.residuals(p), self.coordinates
         steps = self._step * c.scale
         steps = np.where(p + steps > c.hi, -steps, steps)
-        found = np.column_stack([(of(p + d) - here) / d[k] for k, d in enumerate(np.diag(steps))])
+        return np.column_stack([(of(p + d) - here) / d[k] for k, d in enumerate(np.diag(steps))]), basis
+
+    def jacobian(self, p: Array) -> Array:
+        """Return the derivatives (rows, n) of the residuals at a point p."""
+        found, basis = self.slopes(p)
         return found if basis is None else found - basis @ (basis.T @ found)
 
 
