@@ -9,7 +9,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.library import BlockType, Var
 from hystfmu.graph import Node
 from hystfmu.modelica.layout import port_placed
-from hystfmu.modelica.literals import array, class_name, string
+from hystfmu.modelica.literals import array, class_name, class_text, information, link, string
 
 
 def library_date() -> str:
@@ -256,37 +256,33 @@ def network_classes(node: Node, within: str) -> dict[str, str]:
         for k, (v, w) in values(node).items()
     ]
     activation = choices(node)["activation"]
+    source = "<b>Source:</b> trained by hystfmu."
+    computed = [
+        "  extends HystFMU.Icons.Function;",
+        f'  input Real u[{n_in}] "Inputs";',
+        f'  output Real y[{n_out}] "Outputs";',
+        *("protected", *weights, "algorithm"),
+        f"  y := b2 + W2*HystFMU.Functions.activation(b1 + W1*u, {activation});",
+    ]
+    told = information(
+        "<b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.",
+        source,
+        "<b>Limitations:</b> the weights are constants, so that tools need not handle thousands of parameters.",
+    )
+    wired = [
+        "  extends HystFMU.Icons.Block;",
+        f'  HystFMU.Interfaces.RealInput u[{n_in}] "Inputs" annotation ({port_placed(True, 0, 1)});',
+        f'  HystFMU.Interfaces.RealOutput y[{n_out}] "Outputs" annotation ({port_placed(False, 0, 1)});',
+        *("equation", f"  y = {function}(u);"),
+    ]
+    about = information(
+        f"<b>Equation:</b> y = {function}(u).",
+        source,
+        "<b>Limitations:</b> memoryless; the weights cannot be changed.",
+        f"<b>Example:</b> {link(f'{within}.Example')}.",
+        f"<b>See also:</b> {link('HystFMU.Networks.Mlp')}.",
+    )
     return {
-        function: f"""within {within};
-function {function} {string(text)}
-  extends HystFMU.Icons.Function;
-  input Real u[{n_in}] "Inputs";
-  output Real y[{n_out}] "Outputs";
-protected
-{chr(10).join(weights)}
-algorithm
-  y := b2 + W2*HystFMU.Functions.activation(b1 + W1*u, {activation});
-  annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.</p>
-<p><b>Source:</b> trained by hystfmu.</p>
-<p><b>Limitations:</b> the weights are constants, so that tools need not handle thousands of parameters.</p>
-</html>"));
-end {function};
-""",
-        block: f"""within {within};
-block {block} {string(text)}
-  extends HystFMU.Icons.Block;
-  HystFMU.Interfaces.RealInput u[{n_in}] "Inputs" annotation ({port_placed(True, 0, 1)});
-  HystFMU.Interfaces.RealOutput y[{n_out}] "Outputs" annotation ({port_placed(False, 0, 1)});
-equation
-  y = {function}(u);
-  annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = {function}(u).</p>
-<p><b>Source:</b> trained by hystfmu.</p>
-<p><b>Limitations:</b> memoryless; the weights cannot be changed.</p>
-<p><b>Example:</b> <a href=\\"modelica://{within}.Example\\">{within}.Example</a>.</p>
-<p><b>See also:</b> <a href=\\"modelica://HystFMU.Networks.Mlp\\">HystFMU.Networks.Mlp</a>.</p>
-</html>"));
-end {block};
-""",
+        function: class_text(f"function {function}", text, computed, told, within),
+        block: class_text(f"block {block}", text, wired, about, within),
     }
