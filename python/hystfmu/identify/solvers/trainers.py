@@ -118,6 +118,7 @@ def conjugate_gradients(
     """
     from scipy.optimize import line_search
 
+    call: Any = line_search  # its stubs do not accept lambdas
     last: tuple[bytes, float, Array] = b"", 0.0, p
 
     def at(p: Array) -> tuple[float, Array]:
@@ -137,9 +138,8 @@ def conjugate_gradients(
         if not d @ g < 0:
             d, since = -g, 0
         with catch_warnings(action="ignore"):  # of a search that finds no point
-            a = line_search(
-                lambda x: at(x)[0], lambda x: at(x)[1], p, d, g, value, before, c1=min(ENOUGH, slope / 2), c2=slope
-            )[0]
+            least = min(ENOUGH, slope / 2)
+            a = call(lambda x: at(x)[0], lambda x: at(x)[1], p, d, g, value, before, c1=least, c2=slope)[0]
         if a is None:  # no decrease along d: try -g; if this fails too, rounding errors prevent a further decrease
             if since == 0:
                 return p, value, k
