@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
-from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure
+from hystfmu.identify.solvers.trust_region import Differences, refined
 
 SCALE, STEP = 0.1, 1e-4  # scale of all parameters; finite differences, relative to it
 EVALUATIONS, TOLERANCE = 15, 3e-6  # maximum number of evaluations of errors and Jacobian; change that ends a search
