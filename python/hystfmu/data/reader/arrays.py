@@ -4,8 +4,6 @@ Optional packages parse binary files. They run in a confined process, which retu
 are read through methods that pandas, polars and pyarrow have in common.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import tempfile

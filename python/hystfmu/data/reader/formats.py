@@ -5,8 +5,6 @@ JSON with the descriptions of all arrays. Then it writes, for each array, one li
 The process imports only the subpackage `base` of HystFMU.
 """
 
-from __future__ import annotations
-
 import datetime
 import io
 import json
