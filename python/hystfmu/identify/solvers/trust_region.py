@@ -103,7 +103,7 @@ class Differences:
     A finite difference has the size `step` times the scale of the coordinate, and stays inside the bounds. The last
     residuals are stored, because a search computes the derivatives at the same point. If the function fits linear
     parameters at each point, `held` gives a function of the coordinates that keeps the linear parameters of a point,
-    and an orthonormal basis (rows, m) of their columns. The derivatives are those of Kaufman (see `estimate.objective`).
+    and an orthonormal basis (rows, m) of their columns. The derivatives are then those of Kaufman 1975.
     """
 
     def __init__(
