@@ -16,8 +16,7 @@ from hystfmu.scenario.loop.opening import opened_loops, verdicts_of
 from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.spec import shipped_scenarios
 from papers import study_speed
-from papers.row import Row, Stated
-from papers.table import Report, report
+from papers.table import Report, Row, Stated, gathered, report
 
 ROW = Stated(__name__)
 
@@ -108,12 +107,7 @@ def table(data: object, progress: Callable[[float], None], draws: int = 100) -> 
     if (root / "adaptive").is_dir():
         parts.append(partial(_adaptive, root))
     parts.append(partial(study_speed.rows, 1000))
-    rows: list[Row] = []
-    for k, part in enumerate(parts):
-        rows += part()
-        progress((k + 1) / len(parts))
-
-    return report(ROW, tuple(rows))
+    return report(ROW, gathered(parts, progress))
 
 
 def _loops(root: Path) -> list[Row]:

@@ -5,7 +5,6 @@ import pytest
 from numpy.polynomial import legendre
 
 from hystfmu.graph.recursion import lag, parallel_lags
-from hystfmu.identify.estimate import search
 from hystfmu.identify.features import (
     bent_sum,
     smooth_density,
@@ -14,6 +13,7 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods import constraint_factor_mlp as constraint_factor
 from hystfmu.identify.methods import preisach
+from hystfmu.identify.solvers import trust_region
 
 RNG = np.random.default_rng(11)
 PATH = np.concatenate([np.cumsum(RNG.normal(size=90)) / 4, [0.3, 0.3, -4.0, 5.0, 5.0, 1.0]])  # with plateaus
@@ -244,13 +244,13 @@ def test_standard_errors_of_a_straight_line():
     e = 0.1 * rng.normal(size=4000)
     free = np.array([True, True, False])
     covariance = np.linalg.inv(J[:, :2].T @ J[:, :2])
-    T = search.correlation_time(e)
+    T = trust_region.correlation_time(e)
     assert 1 <= T < 1.3
     expected = np.sqrt(np.diag(covariance) * (e @ e) / 3998 * T)
-    assert search.standard_errors(e, J, free) == pytest.approx([*expected, 0.0], rel=1e-9)
+    assert trust_region.standard_errors(e, J, free) == pytest.approx([*expected, 0.0], rel=1e-9)
     J[:, 1] = 0
     alone = np.sqrt(e @ e / 3998 * T / 4000)  # a column without effect does not change the error of the other one
-    assert search.standard_errors(e, J, free) == pytest.approx([alone, np.inf, 0.0], rel=1e-9)
+    assert trust_region.standard_errors(e, J, free) == pytest.approx([alone, np.inf, 0.0], rel=1e-9)
 
 
 def test_the_correlation_time_of_a_first_order_process():
@@ -259,10 +259,10 @@ def test_the_correlation_time_of_a_first_order_process():
     noise = rng.normal(size=len(e))
     for k in range(1, len(e)):
         e[k] = a * e[k - 1] + noise[k]
-    assert search.correlation_time(e + 5) == pytest.approx((1 + a) / (1 - a), rel=0.1)
-    assert search.correlation_time(np.full(9, 2.0)) == 1.0
+    assert trust_region.correlation_time(e + 5) == pytest.approx((1 + a) / (1 - a), rel=0.1)
+    assert trust_region.correlation_time(np.full(9, 2.0)) == 1.0
     short = np.array([1.0, 2.0, 0.0, -1.0, 0.5])
     centred = short - 0.5
     lags = [centred[: 5 - k] @ centred[k:] / (centred @ centred) for k in range(5)]
     end = next(k for k, v in enumerate(lags) if v <= 0)
-    assert search.correlation_time(short) == pytest.approx(1 + 2 * sum(lags[1:end]))
+    assert trust_region.correlation_time(short) == pytest.approx(1 + 2 * sum(lags[1:end]))

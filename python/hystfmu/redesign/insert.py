@@ -43,10 +43,10 @@ class Taps:
 
 
 def with_repetitive(table: Mapping[str, Any], roles: Roles, taps: Taps, text: str) -> dict[str, Any]:
-    """Return the table of a scenario with an added block `repetitive` and an added sum of command and correction.
+    """Return a copy of the scenario's table that has a block `repetitive` and a sum of its output and the command.
 
-    `roles` contains the names of the signals of the loop. `taps` contains the settings of the block, and `text` is its
-    description.
+    `roles` names the signals of the loop. `taps` has the dimensions and parameters of the block, and `text` describes
+    the block.
 
     An InputError is raised if a unit already has the name of the block or of the sum.
     """

@@ -19,7 +19,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.design.loop import Complex
 from hystfmu.design.repetitive import RepetitiveFilters, filter_angles, learning_filters, taps_at, zero_phase_at
 from hystfmu.face.scenario import Scenario
-from hystfmu.redesign.corners import Corner, Roles, angles_of, corners, fastest_mode, roles
+from hystfmu.redesign.corners import Corner, Roles, angles_of, corners, fastest_mode, first_loop, reference_of, roles
 from hystfmu.redesign.insert import UNIT, Taps, repeating, with_repetitive
 from hystfmu.scenario import Results, build, run
 from hystfmu.scenario.loop.opened import OpenedLoop
@@ -257,7 +257,7 @@ def repetitive(
     loop = scenario if isinstance(scenario, Scenario) else Scenario.load(scenario)
     table = loop.table
     systems = {c.name: build(c) for c in loop.ready().cases}
-    first, opened = _first(systems, (table.get("margins") or {}).get("case"), period)
+    first, opened = first_loop(systems, (table.get("margins") or {}).get("case"), period)
     of, h = roles(opened), opened.h
     n = _steps(systems[first], of, period)
     kept = _kept(systems, first, of)
@@ -319,41 +319,6 @@ def _named(table: dict[str, object], name: str | None) -> dict[str, object]:
     }
 
 
-def _first(systems: Mapping[str, System], nominal: str | None, period: float | None) -> tuple[str, OpenedLoop]:
-    """Return the case whose reference determines the period, and the open loop of this case.
-
-    If a period is given, this is the first case with a loop and a reference of the given period. If no period is given,
-    it is the case named in `[margins]`, or else the first case with a loop.
-    """
-    why: InputError | None = None
-    loops: dict[str, OpenedLoop] = {}
-    for name in [*([nominal] if nominal is not None else []), *systems]:
-        try:
-            loops.setdefault(name, open_loop(systems[name], (1.0, 1.0)))
-        except InputError as e:
-            why = why or e
-            continue
-        if period is None:
-            break
-        frequency, _ = _reference(systems[name], roles(loops[name]))
-        if abs(frequency * period - 1) < systems[name].case.step / period:
-            return name, loops[name]
-    if not loops:
-        assert why is not None
-        raise why
-    return next(iter(loops.items()))
-
-
-def _reference(system: System, of: Roles) -> tuple[float, str]:
-    """Return the frequency (Hz) and the shape of the reference, or 0 and "" if no block `reference` produces it."""
-    for part in system.parts:
-        if part.name in of.sources:
-            (node,) = part.own.nodes
-            (shape,) = (v for v in node.block.parameters if v.name == "shape")
-            return float(node.value("frequency")[0]), shape.choices[int(node.value("shape")[0])]
-    return 0.0, ""
-
-
 def _steps(system: System, of: Roles, period: float | None) -> int:
     """Return the number of steps in a period of the reference."""
     h, where = system.case.step, system.case.title
@@ -368,7 +333,7 @@ def _steps(system: System, of: Roles, period: float | None) -> int:
                 f"{1 / (high * h):.6g} and {1 / (low * h):.6g} Hz."
             )
     else:
-        frequency, shape = _reference(system, of)
+        frequency, shape = reference_of(system, of)
         if shape not in PERIODIC or not frequency > 0:
             raise InputError(
                 f"{where}: The reference must be a sine or triangle, or its period given. Got {shape or 'neither'}."
@@ -385,10 +350,10 @@ def _kept(systems: Mapping[str, System], first: str, of: Roles) -> list[str]:
     If some of these cases have a limit, return only the cases with a limit.
     """
     asked = {k for k, s in systems.items() if any(m.limit is not None for m in s.case.metrics.values())}
-    frequency, _ = _reference(systems[first], of)
+    frequency, _ = reference_of(systems[first], of)
     kept = [first]
     for name, system in systems.items():
-        own, shape = _reference(system, of)
+        own, shape = reference_of(system, of)
         same = not of.sources or (shape in PERIODIC and math.isclose(own, frequency))
         if name == first or not same or (asked and name not in asked):
             continue

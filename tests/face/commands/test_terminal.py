@@ -22,8 +22,7 @@ import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.identify import METHODS, options
 from hystfmu.report import terminal
-from papers.row import Row
-from papers.table import Report
+from papers.table import Report, Row
 
 pty = pytest.importorskip("pty", reason="this system has no pseudo-terminal")
 BAR = re.compile(r"\x1b\[\?25l(\w[\w ]*)  \[#*-*\] +(\d+)%")
