@@ -1,7 +1,5 @@
 """Parts that all commands share: options, exit status, checks of repeated options, and types of paths."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -13,8 +13,6 @@ point. The time error of this row is at most half a step, at a point where u is 
 so the new rate should be near the rate of the data.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

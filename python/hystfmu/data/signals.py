@@ -7,8 +7,6 @@ The signals are computed from seeds, without the C core. Values lie in [-1, 1], 
 ['fast decay', 'minor loops', 'nested reversals', 'slow decay', 'two tones']
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -9,8 +9,6 @@ by the decimation that its authors used for each of the two official test record
 Dataset('synthetic piezo stack', 12801 rows, step 0.001 s, u in V, y in um)
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

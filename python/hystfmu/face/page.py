@@ -1,7 +1,5 @@
 """Tables of a model for terminal and notebook, and the HTML page about a fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 

@@ -23,8 +23,6 @@ Default connections:
 The saved scenario.toml states all connections.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Mapping

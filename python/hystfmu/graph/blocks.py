@@ -6,8 +6,6 @@
 [0.0, 1.59, 0.94]
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numpy.typing import ArrayLike

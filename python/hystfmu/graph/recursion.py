@@ -1,7 +1,5 @@
 """Linear filters, e.g. transfer functions, that the C core applies to many columns at once. Fits use them."""
 
-from __future__ import annotations
-
 import ctypes as C
 from dataclasses import dataclass
 from functools import cached_property

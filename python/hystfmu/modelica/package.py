@@ -1,7 +1,5 @@
 """Package of an identified model on disk, with record, blocks, example and networks. A failed write changes no file."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Mapping, Sequence

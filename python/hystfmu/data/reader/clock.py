@@ -6,8 +6,6 @@ sampling rate. Examples of dates and times of day are ``2026-11-22T10:15:00.125Z
 above 12, or by AM and PM. Ambiguous dates are refused.
 """
 
-from __future__ import annotations
-
 import datetime
 import re
 from collections.abc import Callable, Sequence

@@ -3,8 +3,6 @@
 An error message names the line and the column of the first cell that is not a number.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -1,7 +1,5 @@
 """The function `read`, which converts a file of measured data to a `Dataset`."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Export of an FMU with a prebuilt binary, without a compiler. Equal models give bit-identical FMUs."""
 
-from __future__ import annotations
-
 import functools
 import re
 from pathlib import Path
