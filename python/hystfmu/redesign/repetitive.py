@@ -281,7 +281,7 @@ def repetitive(
     silent = run(
         made, engine="native", set={f"{UNIT}.l": [0.0] * len(taps.l)}, progress=lambda x: progress(0.75 + x / 4)
     )
-    before = {r.case: r.verdicts[0].value if r.verdicts else math.inf for r in silent}
+    before = {r.case: r.value() for r in silent}
     _hold(results, before, first)
     return Repetitive(
         made,
@@ -371,7 +371,7 @@ def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
     This function does not test other cases.
     """
     for r in (r for r in results if r.case == first):
-        value, asked = (r.verdicts[0].value, r.verdicts[0].limit) if r.verdicts else (math.inf, None)
+        value, asked = r.value(), r.verdicts[0].limit if r.verdicts else None
         if not value <= max(WORSE * before[r.case], asked or 0.0):
             got = "one that stops" if not r.verdicts else f"{value:.3g} for {before[r.case]:.3g}"
             raise InputError(

@@ -18,7 +18,7 @@ from hystfmu.base.errors import InputError, meant
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure
-from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.loop.opening import loop_figures
 from hystfmu.scenario.outcome.metrics import Measure
