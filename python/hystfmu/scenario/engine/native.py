@@ -237,30 +237,16 @@ class Native:
         begin, guess, residual = np.empty(system.n_values), np.empty(n), np.empty(2 * n)
         widest = max(unit.n_in for unit, _ in made)
         newton, makers = np.empty(2 * system.n_values + widest + n * (2 * n + 3)), system.makers()
-        master = _Master(
-            scheme=_SCHEMES.index(coupling.scheme),
-            most_sweeps=coupling.max_sweeps,
-            tolerance=coupling.tolerance,
-            n_units=len(units),
-            units=C.addressof(units),
-            values=C.addressof(values),
-            n_values=system.n_values,
-            n_early=n,
-            early=early.ctypes.data,
-            begin=begin.ctypes.data,
-            guess=guess.ctypes.data,
-            residual=residual.ctypes.data,
-            makers=makers.ctypes.data,
-            newton=newton.ctypes.data if system.newton else None,
-            n_columns=len(self._columns),
-            columns=self._columns.ctypes.data,
-            n_cuts=len(cut[0]),
-            cut_rows=cut[0].ctypes.data,
-            cuts=cut[1].ctypes.data,
-            base=system.case.step,
-            h=system.h,
-            ripple=system.case.ripple,
-        )
+        arrays = early, begin, guess, residual, makers, self._columns, *cut
+        named = "early", "begin", "guess", "residual", "makers", "columns", "cut_rows", "cuts"
+        places = {name: array.ctypes.data for name, array in zip(named, arrays, strict=True)}
+        places |= {"units": C.addressof(units), "values": C.addressof(values)}
+        places |= {"newton": newton.ctypes.data} if system.newton else {}
+        sizes = {"n_units": len(units), "n_values": system.n_values, "n_early": n}
+        sizes |= {"n_columns": len(self._columns), "n_cuts": len(cut[0])}
+        rule = {"scheme": _SCHEMES.index(coupling.scheme), "most_sweeps": coupling.max_sweeps}
+        time = {"base": system.case.step, "h": system.h, "ripple": system.case.ripple}
+        master = _Master(tolerance=coupling.tolerance, **rule, **time, **sizes, **places)
         places, run = {name: k for k, name in enumerate(self._names)}, _run()
         try:
             for first, end in system.chunks():
