@@ -18,38 +18,14 @@ from hystfmu.base.printable import escape
 from hystfmu.modelica.literals import class_text
 
 # packages and pages of the guide in reading order
-_FIRST = (
-    *(
-        "UsersGuide",
-        "Operators",
-        "Inverse",
-        "Networks",
-        "Dynamics",
-        "Actuators",
-        "Plants",
-        "Control",
-        "Loops",
-        "Sources",
-        "Functions",
-    ),
-    *("Data", "Examples", "Validation", "Interfaces", "Types", "Choices", "Icons"),
-    *("BaseClasses", "Models", "Sampled", "Events", "Smooth"),
-    *(
-        "GettingStarted",
-        "TutorialLoops",
-        "TutorialRealisations",
-        "TutorialExport",
-        "TutorialActuator",
-        "Realisations",
-        "Conventions",
-        "Checks",
-        "ToolSupport",
-        "References",
-        "ReleaseNotes",
-        "Contact",
-        "License",
-    ),
-)
+_ORDER = """
+UsersGuide Operators Inverse Networks Dynamics Actuators Plants Control Loops Sources Functions
+Data Examples Validation Interfaces Types Choices Icons
+BaseClasses Models Sampled Events Smooth
+GettingStarted TutorialLoops TutorialRealisations TutorialExport TutorialActuator Realisations Conventions Checks
+ToolSupport References ReleaseNotes Contact License
+"""
+_FIRST = _ORDER.split()
 
 
 def orders(files: Iterable[PurePath], first: Collection[PurePath] = ()) -> dict[PurePath, str]:

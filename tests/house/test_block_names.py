@@ -29,7 +29,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         "noise": "from_dict(): the field of what a record shows",
     },
     "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
-    "face/fit.py": {"creep": "evidence_of(): lags that pass the input at once, so that they count as static"},
     "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/bent_chain.py": {EVERY: "chain(): the blocks of the structure"},
@@ -153,10 +152,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         "polynomial_narx": "the class has a limit on the degree",
         "transfer_function": "is_discretised(): becomes a StateSpace; _LACKS: the class is continuous",
         "mlp": "is_large(): becomes a function",
-        **dict.fromkeys(
-            ("bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator"), "_PLANTS: stands among the plants"
-        ),
-        "adaptive_inverse": "_LEARNS: an inverse without other realisations",
         "reference": "has_shapes(): a class for each shape",
     },
     "redesign/__init__.py": {"repetitive": "a function of this name, not a block"},

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import together
+from hystfmu.base import InputError, together
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.scenarios import found
 from hystfmu.cli.signature import FILE, WrittenFolder, of, structures
@@ -18,6 +17,8 @@ from hystfmu.report.terminal import answer, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.scenario import Scenario
+    from hystfmu.redesign.controller import Controller
+    from hystfmu.redesign.repetitive import Repetitive
     from hystfmu.scenario import Results
 
 
@@ -84,7 +85,6 @@ def repetitive(
             progress=report,
             **how,
         )
-    broken = _write(made.scenario, into, made.results)
     facts: dict[str, Any] = {
         "off": made.off,
         "period": made.period,
@@ -101,7 +101,7 @@ def repetitive(
         f"{100 * made.off:g} % off",
         f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
     ]
-    _tell(lines, facts, made.before, made.results, broken, into)
+    _tell(made, lines, facts, into)
 
 
 def _structure(name: str, text: str) -> None:
@@ -149,7 +149,6 @@ def _structure(name: str, text: str) -> None:
         into = _folder(out, source)
         with progress("designing") as report:
             made = controller(source, name, off=percent / 100, progress=report, **how)
-        broken = _write(made.scenario, into, made.results)
         facts: dict[str, Any] = {
             "structure": name,
             "gains": made.gains,
@@ -166,26 +165,23 @@ def _structure(name: str, text: str) -> None:
             f"{made.tuned.worst}",
             str(made.margins),
         ]
-        _tell(lines, facts, made.before, made.results, broken, into)
+        _tell(made, lines, facts, into)
 
 
 for _name, _text in structures().items():
     _structure(_name, _text)
 
 
-def _tell(
-    lines: list[str],
-    facts: dict[str, Any],
-    before: dict[str, float],
-    results: Results,
-    broken: list[str],
-    into: Path,
-) -> None:
-    """Print the design and the results of the cases, and exit with status 0 if all limits are met, otherwise 1."""
+def _tell(made: Repetitive | Controller, lines: list[str], facts: dict[str, Any], into: Path) -> NoReturn:
+    """Write the new scenario, print the design and the results of the cases, and end the command.
+
+    The exit status is 0 if all limits are met, otherwise 1.
+    """
     from hystfmu.report.terminal import table
 
+    results, broken = made.results, _write(made.scenario, into, made.results)
     passed = results.passed and not broken
-    cases = [_facts(r, before[r.case]) for r in results]
+    cases = [_facts(r, made.before[r.case]) for r in results]
     say("\n".join(lines) + "\n")
     head = ["case", "metric", "before", "after", "asked", "verdict"]
     say(table(head, [[v if isinstance(v, str) else _number(v) for v in case.values()] for case in cases]))

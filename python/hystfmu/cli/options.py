@@ -1,14 +1,11 @@
 """Parts that all commands share: options, exit status, checks of repeated options, and types of paths."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import keeping
+from hystfmu.base import InputError, keeping
 from hystfmu.cli.signature import Later, OutputFile, OutputFolder
 from hystfmu.report.terminal import NORMAL, QUIET, VERBOSE, level, set_json, set_level
 

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import BaseModel
 
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import check
+from hystfmu.base import InputError, check, checked
 from hystfmu.face.table import What, completed, described, files, save
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, Engine, Result, run

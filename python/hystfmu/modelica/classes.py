@@ -3,9 +3,7 @@
 import re
 from pathlib import Path
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import PACKAGE, Array, InputError
 from hystfmu.core.library import BlockType, Var
 from hystfmu.graph import Node
 from hystfmu.modelica.layout import port_placed
@@ -48,8 +46,6 @@ _PACKAGES = {
     "controllers": "Control",
     "sources": "Sources",
 }
-_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator"}
-_LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has only the sampled realisation
 # each shape of the unit `reference` is a class of Sources: parameters that only this shape has
 SHAPES = {
     "sine": {"frequency", "phase"},
@@ -97,7 +93,8 @@ def package_of(block: BlockType) -> str:
 
     For an operator, the package of the sampled realisation is returned.
     """
-    package = "Plants" if block.name in _PLANTS else _PACKAGES[block.family]
+    is_plant = block.rate == "continuous" and block.tolerance == "integration"
+    package = "Plants" if is_plant else _PACKAGES[block.family]
     return f"{package}.Sampled" if _is_realised(block) else package
 
 
@@ -107,8 +104,12 @@ def is_sampled_class(block: BlockType) -> bool:
 
 
 def _is_realised(block: BlockType) -> bool:
-    """Return whether a block can have several realisations: an operator or inverse with memory that does not learn."""
-    return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
+    """Return whether a block can have several realisations: an operator or inverse with memory that does not learn.
+
+    A sampled inverse learns if it is not the exact inverse of an operator.
+    """
+    learns = block.rate == "sampled" and not block.inverts
+    return block.family in ("operators", "inverses") and block.rate != "function" and not learns
 
 
 def matrix_rows(v: Var) -> str:

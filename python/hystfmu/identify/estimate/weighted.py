@@ -17,7 +17,7 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify.catalogue import Options
 from hystfmu.identify.estimate.dynamics import Beside, Dynamics, bounds
-from hystfmu.identify.estimate.search import Differences, refined, standard_errors
+from hystfmu.identify.solvers.trust_region import Differences, refined, standard_errors
 
 if TYPE_CHECKING:
     from hystfmu.identify.evidence import Evidence
