@@ -190,6 +190,7 @@ def ports(model: Model, path: Path, fmi: int) -> dict[str, Any]:
     return {v.name: v for v in description.modelVariables} | {"experiment": description.defaultExperiment}
 
 
+@pytest.mark.some(1)
 def test_ranges_sizes_and_texts(model: Model, tmp_path: Path, fmi: int) -> None:
     lo, hi = model.provenance["trained_u"]
     found = ports(model, tmp_path / "m.fmu", fmi)

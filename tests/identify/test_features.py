@@ -88,50 +88,6 @@ def test_a_branch_knows_where_it_falls():
     assert bent.falling == pytest.approx(1 - lo / 2, abs=1e-3)
 
 
-def operator(x, x0, branch):
-    """Return-point memory by definition: plays of all half-widths with the weights of Masing's branch."""
-    r = np.array([0.0, 0.2, 0.35, 0.8, 1.5])
-    w = np.array([0.5, 1.0, 0.3, 0.7, 0.2])
-    z = np.full(5, x0)
-    out = []
-    for v in x:
-        z = np.clip(z, v - r, v + r)
-        out.append(w @ (z - x0))
-    return np.array(out), (lambda d: np.maximum(d[:, None] - 2 * r, 0) @ w) if branch else None
-
-
-@pytest.mark.parametrize("x0", [0.0, 0.4, PATH[0]])
-def test_the_branches_of_dominant_extrema_give_a_sum_of_plays(x0):
-    where = constraint_factor.stack_coordinates(PATH, x0)
-    expected, g = operator(PATH, x0, branch=True)
-    h = np.zeros(len(PATH) + 1)
-    steps = where.weight * g(where.d)
-    for k, p in enumerate(where.start):
-        h[k] = h[p] + steps[k]
-    assert (where.d >= 0).all()
-    assert (where.start < np.arange(len(PATH))).all()
-    assert h[:-1] == pytest.approx(expected, abs=1e-12)
-
-
-def test_the_last_extremum_alone():
-    x = np.array([0.0, 1.0, 3.0, 2.0, 2.5, 2.5, 1.0, 4.0])
-    where = constraint_factor.stack_coordinates(x, 0.0, "last")
-    assert where.start.tolist() == [-1, -1, -1, 2, 3, 3, 5, 6]
-    assert where.weight.tolist() == [0, 1, 1, -1, 1, 1, -1, 1]
-    assert where.d.tolist() == [0, 1, 3, 1, 0.5, 0.5, 1.5, 3]
-    falling = constraint_factor.stack_coordinates(-x, 0.0, "last")
-    assert falling.weight.tolist() == (-where.weight).tolist()
-    assert falling.d.tolist() == where.d.tolist()
-
-
-def test_columns_are_operators_with_one_function_as_their_branch():
-    where = constraint_factor.stack_coordinates(PATH, 0.1)
-    H = where.columns(2, np.inf)
-    for k, p in enumerate(where.start):
-        step = where.weight[k] * b(where.d[k : k + 1], 2)[0]
-        assert H[k] == pytest.approx((H[p] if p >= 0 else 0) + step, rel=1e-12)
-
-
 @pytest.mark.parametrize("literal", [False, True])
 def test_a_branch_of_the_basis_is_found_again(literal):
     x = 1.5 * np.sin(np.linspace(0, 40, 600)) * np.linspace(1, 0.1, 600)

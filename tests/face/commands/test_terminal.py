@@ -292,6 +292,7 @@ def test_every_command_is_here_or_has_no_table() -> None:
     assert {*TABLES, *WITHOUT, *MINUTES} == {*main.commands}
 
 
+@pytest.mark.some(6)
 @pytest.mark.parametrize(
     "words",
     [
