@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, escape
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit

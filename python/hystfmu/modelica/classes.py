@@ -3,9 +3,7 @@
 import re
 from pathlib import Path
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import PACKAGE, Array, InputError
 from hystfmu.core.library import BlockType, Var
 from hystfmu.graph import Node
 from hystfmu.modelica.layout import port_placed
