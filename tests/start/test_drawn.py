@@ -243,6 +243,7 @@ def test_an_inverse_with_the_creep_in_it_leaves_no_dynamics(tmp_path: Path) -> N
     assert table.rows[0].margins["Ms_db"] == pytest.approx(float(-20 * np.log10(np.abs(1 + L).min())), abs=0.02)
 
 
+@pytest.mark.stress
 def test_a_device_that_contracts_has_a_loop(tmp_path: Path) -> None:
     """The gain that stands for the inverse in one case falls too."""
     u = 3 * np.sin(np.arange(1200) / 30) * np.linspace(1, 0.2, 1200)
