@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from series import series
 from start.devices import records
 from start.devices.device import draw
 from start.devices.judge import start
@@ -36,9 +37,7 @@ PLAYS = {"w0": 0.5, "r": [5.0, 12.0], "w": [0.3, 0.2]}
 
 def ranges(*tail: hy.Node, modes: int = 0) -> dict[str, dict[str, object]]:
     nodes = [hy.Node("h", "prandtl_ishlinskii", values=PLAYS), *tail]
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in zip(nodes, tail, strict=False)]
-    graph = hy.Graph(nodes, wires, [hy.Input("u", ("h.u",))], [hy.Output("y", f"{nodes[-1].name}.y")])
-    model = hy.Model("device", graph, 1e-3, provenance={"span_u": [0.0, 100.0]})
+    model = hy.Model("device", series(*nodes), 1e-3, provenance={"span_u": [0.0, 100.0]})
     found = device(model, hy.Dataset(1e-3 * K, U, model.predict(U)))
     f_n, zeta, share = (120.0, 400.0)[:modes], (0.1, 0.05)[:modes], ((1.0,), (0.9, 0.1))[modes - 1]
     if modes:
