@@ -149,6 +149,7 @@ def one_sine(device) -> hy.Dataset:
     return hy.Dataset.from_signal(u, device(u), H)
 
 
+@pytest.mark.stress
 def test_a_device_that_began_with_one_sine_is_known_five_times_better() -> None:
     """Relays inside the loop of the sine have not moved: nothing tells their weights."""
     seed = int(np.random.SeedSequence().generate_state(1)[0])

@@ -249,6 +249,7 @@ def test_a_block_alone_has_no_name_of_a_node_and_reaches_the_noise():
     assert "bouc_wen.A" not in named.fit["free"]
 
 
+@pytest.mark.stress
 def test_standard_errors_hold_over_noise():
     """Nine of ten intervals of two standard errors at least hold what is true; 25 draws of noise, 6 parameters."""
     t, u = multisine(np.random.default_rng(8), 600, 12.0)
