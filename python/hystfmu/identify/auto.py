@@ -11,10 +11,8 @@ the errors and the losers.
 Choice. Each model is also simulated with the input of the record and another initial memory. The output of some models
 then leaves the range of the measured output by more than the span. Such a model is chosen only if all models without
 this fault are losers. Among equally good kinds, a kind with an exact inverse is preferred, and then the kind with the
-fewest parameters. If the record is one oscillation, its blocks are similar, so all kinds except losers count as equally
-good. Such a record has one speed. A model whose output leaves the range after steps of the input is then chosen only if
-the errors of all other models are more than `JUMPING` times as large, or exceed `FOLLOWED` % of the span. If the
-smallest error, after the noise is subtracted, exceeds `REFUSED` % of the span, an InputError is raised (`refusal`).
+fewest parameters. If the smallest error, after the noise is subtracted, exceeds `REFUSED` % of the span, an InputError
+is raised (`refusal`).
 
 Cost. No kind is excluded because of its cost. If the fits to all rows would take too long, all kinds are compared on a
 shorter part of the record (`hystfmu.identify.cuts`), or on the longest of several records. The chosen kind is then
@@ -51,9 +49,6 @@ from hystfmu.model.accuracy import rms
 # rate-dependent kind, and exceeds FINE % of the span
 CLEARLY, FINE = 1.2, 0.1
 REFUSED = 5.0  # largest accepted error of the best model, without noise (% of the span)
-# largest error of a model that stays in the range after steps: relative to that of one that leaves it, and in % of the
-# span. A model with a larger error does not represent the device, so its range after steps shows nothing.
-JUMPING, FOLLOWED = 2.0, 1.0
 EXACT_INVERSE = "exact"
 LARGE = 2.0  # gap of minor loops (% of the span) above which static return-point models are excluded
 CLOSED = 0.05  # gap of minor loops (% of the span) up to which models with open loops are excluded
@@ -231,12 +226,9 @@ def _preferred(
 
 
 def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
-    calm = [t for t in able if not (race.poor and race.jumps(t))]
-    if min(map(race.risk, calm), default=np.inf) <= min(JUMPING * max(min(map(race.risk, able)), EXACT), FOLLOWED):
-        able = calm
     least = LOSER * max(min(race.risk(t) for t in able), EXACT)
     near = [t for t in able if race.risk(t) <= least]
-    near = [t for t in near if not race.leaves(t)] or near
+    near = [t for t in near if not t.leaves] or near
     best = min(near, key=race.risk)
     equal = [t for t in near if race.as_good(t, best)]
     if inverses is not None:
