@@ -42,6 +42,8 @@ def test_how_many_rows_all_can_be_tried_on():
         (OPENS, {"memory": NONE}, "the output is a function of the input"),
         (OPENS, {"memory": RETURN_POINT, "gap": 0.043}, "minor loops close (gap 0.043 % of the span of y)"),
         (OPENS, {"memory": RETURN_POINT, "gap": 0.053}, None),
+        (OPENS, {"memory": RETURN_POINT, "gap": 0.043, "loops": 4}, None),
+        (LATE, {"memory": RETURN_POINT, "gap": 0.043, "loops": 5}, "minor loops close (gap 0.043 % of the span of y)"),
         (CLOSES, {"memory": OPEN_LOOPS, "gap": 2.01}, "minor loops stay open by 2 % of the span of y"),
         (CLOSES, {"memory": OPEN_LOOPS, "gap": 2.0}, None),
         (CLOSES, {"memory": UNKNOWN, "gap": 9.0}, None),
@@ -179,6 +181,7 @@ def test_a_static_kind_is_no_refuge_where_none_follows(race):
 def test_a_choice_against_the_minor_loops_is_warned_of(memory, of_record, warned):
     found = auto._warnings(trial("t", memory=memory), seen(memory=of_record, gap=1.234))
     assert len(found) == warned
+    assert auto._warnings(trial("t", memory=OPENS), seen(memory=RETURN_POINT, loops=4)) == []
     assert all("is t, but the minor loops in the data have a gap of 1.2 % of the span" in line for line in found)
 
 
