@@ -103,7 +103,7 @@ def choose(
     started = time.perf_counter()
     where = data.path or data.name
     seen = examine(data.longest())
-    entered, reasons = entrants(data, seen)
+    entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
     most = affordable([c for _, c in entered.values()], data.train.stop)
     raced = shortened(data if data.train.stop <= most else data.longest(), most)
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
@@ -157,13 +157,16 @@ def choose(
     return replace(model, fit={**model.fit, **told}, provenance={**model.provenance, **why, "auto_choice": best.name})
 
 
-def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
-    """Return two dicts by name: the candidates to compare with their kinds, and the reason for each exclusion."""
+def entrants(rows: int, covariates: bool, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
+    """Return two dicts by name: the candidates to compare with their kinds, and the reason for each exclusion.
+
+    The record has this number of rows. `covariates` is whether it has covariates, and `seen` is its excitation.
+    """
     found = candidates()
     reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
-    if data.covariates:
+    if covariates:
         reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not method(key).covariates}
-    reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
+    reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(rows, key, c.options))}
     return {n: kc for n, kc in found.items() if n not in reasons}, reasons
 
 

@@ -158,7 +158,7 @@ class Race:
         network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
         outside = self.unseen if candidate.local else network
         other = self._other(model)
-        leaves = guards.leaves(model.graph, other, self.data)
+        leaves = guards.leaves(model.graph, other, self.data.y[self.data.counted], self.data.span)
         others = [other[self.inside]]
         return Trial(name, key, candidate, model, errors, outside, others, leaves, by_block=blocks, whole=whole)
 

@@ -52,7 +52,7 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
     """
     u = data.u[data.counted]
     y = graph.run(with_starts(graph, other_signal(u, float(data.u[0]))), data.h)
-    beyond = _beyond(y, data)
+    beyond = _beyond(y, data.y[data.counted], data.span)
     if not beyond <= WILD:
         got = f"an output {beyond:.2g} spans of y outside its range" if np.isfinite(beyond) else "one that diverges"
         raise InputError(
@@ -67,9 +67,9 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
     ]
 
 
-def leaves(graph: Graph, y: Array, data: Dataset) -> bool:
-    """Return whether an output y (n,) of a model leaves the range of the measured output by more than its span."""
-    return not _beyond(y, data) <= WIDE + _ringing(graph)
+def leaves(graph: Graph, y: Array, measured: Array, span: float) -> bool:
+    """Return whether an output y (n,) of a model leaves the range of `measured` by more than `span`."""
+    return not _beyond(y, measured, span) <= WIDE + _ringing(graph)
 
 
 def other_signal(u: Array, first: float) -> Array:
@@ -83,11 +83,10 @@ def other_signal(u: Array, first: float) -> Array:
     return np.concatenate([steps, (lo + hi) / 2 + half * np.concatenate(turns)])
 
 
-def _beyond(y: Array, data: Dataset) -> float:
-    """Return the largest distance of an output y (n,) from the range of the measured output, in spans of the latter."""
-    measured = data.y[data.counted]
+def _beyond(y: Array, measured: Array, span: float) -> float:
+    """Return the largest distance of an output y (n,) from the range of `measured`, in multiples of `span`."""
     with np.errstate(over="ignore", invalid="ignore"):
-        return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / data.span
+        return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / span
 
 
 def _ringing(graph: Graph) -> float:

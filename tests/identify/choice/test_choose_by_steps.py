@@ -50,7 +50,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(auto, "examine", lambda data: seen)
         monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
         monkeypatch.setattr(auto, "method", lambda key: SimpleNamespace(covariates=key == "key takes"))
-        monkeypatch.setattr(race.guards, "leaves", lambda graph, y, data: False)
+        monkeypatch.setattr(race.guards, "leaves", lambda graph, y, measured, span: False)
         monkeypatch.setattr(auto, "fit_one", fit_one)
         return auto.choose(data, 0, told.append, **more), asked, told
 
