@@ -56,8 +56,8 @@ lines: build/tools
 
 # formatting, lint, types, stale generated files
 check: dev
-	$(BIN)/ruff format --check python tests scenarios/papers modelica/generator
-	$(BIN)/ruff check python tests scenarios/papers modelica/generator
+	$(BIN)/ruff format --check fmu_build python tests scenarios modelica
+	$(BIN)/ruff check fmu_build python tests scenarios modelica
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py

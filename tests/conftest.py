@@ -1,7 +1,9 @@
 """Measured data (never part of the repository), and the cases of a grid that run by default."""
 
+import gc
 import os
 import random
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,20 @@ def measured() -> Path:
     if not folder.is_dir():
         pytest.skip(f"measured data not found in {folder}; set HYSTFMU_DATA")
     return folder
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without the garbage collector, which would spend half of the time on the tests and modules that stay.
+
+    Afterwards it leaves them out for good, so that a collection within a test is short.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -15,8 +15,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scenarios"))
 
-from papers.row import Row
-from papers.table import Report, verdict
+from papers.table import Report, Row, verdict
 
 ROOT = Path(__file__).parents[1]
 RECORDS = ROOT / "python" / "docs" / "papers"

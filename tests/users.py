@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 
-USERS = ("root", "user")
 IS_ROOT = hasattr(os, "getuid") and os.getuid() == 0
 _NOBODY = "65534"
 _VIEW = """
@@ -82,7 +81,7 @@ def _closed(path: Path) -> Iterator[Path]:
     yield from (p for p in [*reversed(path.parents), path] if p.is_dir() and not p.stat().st_mode & 1)
 
 
-@pytest.fixture(params=USERS)
+@pytest.fixture(params=[pytest.param("root", marks=pytest.mark.stress), "user"])
 def user(request: pytest.FixtureRequest) -> Iterator[User]:
     made = User(request.param)
     yield made

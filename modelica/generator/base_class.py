@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-from generator.declarations import dim, equation, information, link, parameter, ports, rate_port
+from generator.declarations import dim, equation, linked, parameter, ports, rate_port
 from generator.shelf import Shelf, mark
 from hystfmu.base.printable import escape
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.modelica.classes import class_names, enumeration, lacks, package_of
-from hystfmu.modelica.literals import sentence
+from hystfmu.modelica.literals import class_text, information, sentence
 
 # partial class of Interfaces for replaceable blocks of a loop, its inputs and its output, by package of the blocks
 _SLOTS = {
@@ -63,20 +63,14 @@ class BaseClass:
             *ports(block, "output", left_out, inherited),
         ]
         lines = [
-            mark(f"the table of {self.source}"),
-            f"within HystFMU.{self.package}.BaseClasses;",
-            f"partial block {self.name} {sentence(f'{block.text}: parameters and ports')}",
             f"  extends {f'Interfaces.{slot}' if slot else f'Icons.{self._icon}'};",
             *(f"  {d}" for d in declared),
-            *(
-                ["protected", '  constant Boolean usesRate = false "True if there is an input for the rate";']
-                if rated
-                else []
-            ),
-            f"  annotation (Documentation(info = {information(*self._paragraphs(shelf))}));",
-            f"end {self.name};\n",
         ]
-        return "\n".join(lines)
+        if rated:
+            lines += ["protected", '  constant Boolean usesRate = false "True if there is an input for the rate";']
+        within, info = f"HystFMU.{self.package}.BaseClasses", information(*self._paragraphs(shelf))
+        text = class_text(f"partial block {self.name}", f"{block.text}: parameters and ports", lines, info, within)
+        return f"{mark(f'the table of {self.source}')}\n{text}"
 
     @property
     def source(self) -> str:
@@ -104,13 +98,13 @@ class BaseClass:
             "<b>Limitations:</b> see the classes that extend it.",
         ]
         if shown:
-            found.append(f"<b>Example:</b> {', '.join(map(link, shown[:1]))}.")
+            found.append(f"<b>Example:</b> {', '.join(map(linked, shown[:1]))}.")
         if len(classes) > 1:
             component = "inverse" if self.package == "Inverse" else "hysteresis"
             code = f"replaceable {classes[0]} {component} constrainedby {self.path};"
             found.append(f"<b>Any realisation:</b> <code>{code}</code>")
         if classes:
-            found.append(f"<b>See also:</b> {', '.join(map(link, [*classes, *shown[1:]]))}.")
+            found.append(f"<b>See also:</b> {', '.join(map(linked, [*classes, *shown[1:]]))}.")
         return found
 
 
@@ -122,15 +116,16 @@ def base_classes() -> list[BaseClass]:
 def package(name: str) -> str:
     """Return the text of package.mo of the package BaseClasses inside the package `name`."""
     what = {"Operators": "operators", "Inverse": "inverses"}.get(name, "blocks")
-    info = information(
+    info = (
         "What a class has from the C table, and what its realisations have in common, for replaceable "
         "components to be constrained by."
     )
-    return (
-        f"{mark('the C tables')}\nwithin HystFMU.{name};\n"
-        f'package BaseClasses "Parameters and ports of the {what}"\n'
-        f"  extends Icons.Package;\n  annotation (Documentation(info = {info}));\nend BaseClasses;\n"
-    )
+    return _package("BaseClasses", f"Parameters and ports of the {what}", info, f"HystFMU.{name}")
+
+
+def _package(name: str, text: str, info: str, within: str) -> str:
+    made = class_text(f"package {name}", text, ["  extends Icons.Package;"], information(info), within)
+    return f"{mark('the C tables')}\n{made}"
 
 
 _PACKAGE = "Choices"
@@ -157,9 +152,6 @@ def enumerations() -> dict[str, str]:
                 f"  annotation (Documentation(info = {info}));\n"
             )
     if found:
-        info = information("Words of parameters, from the C tables.")
-        found[f"{_PACKAGE}.package"] = (
-            f'{mark("the C tables")}\nwithin HystFMU;\npackage {_PACKAGE} "Choices of the blocks"\n'
-            f"  extends Icons.Package;\n  annotation (Documentation(info = {info}));\nend {_PACKAGE};\n"
-        )
+        info = "Words of parameters, from the C tables."
+        found[f"{_PACKAGE}.package"] = _package(_PACKAGE, "Choices of the blocks", info, "HystFMU")
     return found

@@ -11,7 +11,7 @@ from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.graph.listing import group
 from hystfmu.modelica.classes import DEPTH, enumeration
 from hystfmu.modelica.layout import placed, port_placed
-from hystfmu.modelica.literals import sentence
+from hystfmu.modelica.literals import link, sentence
 
 _CALL = re.compile(r"(\w+)\(")
 _PRODUCT = re.compile(r"(\w+)\*(\w+)\Z")
@@ -137,12 +137,6 @@ def equation(text: str) -> str:
     return _POWER.sub(lambda m: f"<sup>{m[1] or m[2]}</sup>", escape(text, quote=False))
 
 
-def link(name: str) -> str:
+def linked(name: str) -> str:
     """Return a link to the class `name` inside HystFMU."""
-    return f'<a href="modelica://HystFMU.{name}">{name}</a>'
-
-
-def information(*paragraphs: str) -> str:
-    """Return paragraphs of HTML as the string literal of ``Documentation(info = ...)``."""
-    body = "\n".join(f"<p>{p}</p>" for p in paragraphs).replace('"', '\\"')
-    return f'"<html>\n{body}\n</html>"'
+    return link(f"HystFMU.{name}", name)

@@ -12,42 +12,20 @@ from generator import validation
 from generator.base_class import base_classes, enumerations, package
 from generator.declarations import number
 from generator.drawing import drawn, nested, pictures
+from generator.records import records
 from generator.shelf import REALISATIONS, Shelf, is_generated, mark
 from hystfmu.base.printable import escape
+from hystfmu.modelica.literals import class_text
 
 # packages and pages of the guide in reading order
-_FIRST = (
-    *(
-        "UsersGuide",
-        "Operators",
-        "Inverse",
-        "Networks",
-        "Dynamics",
-        "Actuators",
-        "Plants",
-        "Control",
-        "Loops",
-        "Sources",
-        "Functions",
-    ),
-    *("Data", "Examples", "Validation", "Interfaces", "Types", "Choices", "Icons"),
-    *("BaseClasses", "Models", "Sampled", "Events", "Smooth"),
-    *(
-        "GettingStarted",
-        "TutorialLoops",
-        "TutorialRealisations",
-        "TutorialExport",
-        "TutorialActuator",
-        "Realisations",
-        "Conventions",
-        "Checks",
-        "ToolSupport",
-        "References",
-        "ReleaseNotes",
-        "Contact",
-        "License",
-    ),
-)
+_ORDER = """
+UsersGuide Operators Inverse Networks Dynamics Actuators Plants Control Loops Sources Functions
+Data Examples Validation Interfaces Types Choices Icons
+BaseClasses Models Sampled Events Smooth
+GettingStarted TutorialLoops TutorialRealisations TutorialExport TutorialActuator Realisations Conventions Checks
+ToolSupport References ReleaseNotes Contact License
+"""
+_FIRST = _ORDER.split()
 
 
 def orders(files: Iterable[PurePath], first: Collection[PurePath] = ()) -> dict[PurePath, str]:
@@ -126,7 +104,8 @@ _PHYSICAL = re.compile(r"connect\(\w+\.(?:pin|flange)")  # connection of a model
 def generated(root: Path) -> dict[PurePath, str]:
     """Return the text of each generated file, by its path relative to `root`, the folder HystFMU.
 
-    The result also contains hand-written files to which lines of connections are added.
+    The result also contains files without the mark of `make generate` if they are stale: hand-written files to which
+    lines of connections are added, and records of identified models.
     """
     shelf = Shelf(root)
     classes = {b.path: b.text(shelf) for b in base_classes()}
@@ -136,7 +115,7 @@ def generated(root: Path) -> dict[PurePath, str]:
     classes |= _page_of_checks(root)
     every_text = nested({**shelf.texts, **classes})
     classes = {name: drawn(text, name, every_text) for name, text in classes.items()}
-    by_hand = {name: drawn(text, name, every_text) for name, text in shelf.texts.items()}
+    by_hand = {name: drawn(text, name, every_text) for name, text in {**shelf.texts, **records(shelf)}.items()}
     classes |= {name: text for name, text in by_hand.items() if text != shelf.texts[name]}
     made = {_file(name): text for name, text in classes.items()}
     every = {*made, *map(_file, shelf.texts)}
@@ -205,28 +184,23 @@ def _page_of_checks(root: Path) -> dict[str, str]:
     """
     table = tomllib.loads((root.parent / "rules.toml").read_text("utf-8"))
     rows = sorted(table.items(), key=lambda row: _by_section(row[1]["section"]))
-    lines = "\n".join(
+    listed = "\n".join(
         f"<tr><td>{_APART.get(row['section'], row['section'])}</td><td>{name}</td>"
         f"<td>{escape(row['text'], quote=False)}.</td></tr>"
         for name, row in rows
     )
-    return {
-        "UsersGuide.Checks": f"""{mark(_RULES)}
-within HystFMU.UsersGuide;
-package Checks "Checks of every class"
-  extends Icons.Information;
-  annotation (preferredView = "info", DocumentationClass = true, Documentation(info = "<html>
+    info = f'''"<html>
 <p>Different tools detect different faults. <code>make modelica-strict</code> checks every class by these rules, the
 tests every exported package; numbers are sections of the Modelica Language Specification 3.6. Each rule has a test that
 inserts a fault and checks that the lint reports it.</p>
 <table>
 <tr><th>Section</th><th>Rule</th><th>What it asks for</th></tr>
-{lines}
+{listed}
 </table>
-</html>"));
-end Checks;
-"""
-    }
+</html>"'''
+    before, lines = 'preferredView = "info", DocumentationClass = true, ', ["  extends Icons.Information;"]
+    page = class_text("package Checks", "Checks of every class", lines, info, "HystFMU.UsersGuide", before)
+    return {"UsersGuide.Checks": f"{mark(_RULES)}\n{page}"}
 
 
 def _by_section(section: str) -> tuple[bool, list[int], str]:

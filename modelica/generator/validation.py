@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from generator.base_class import BaseClass, base_classes
-from generator.declarations import information, link, number
+from generator.declarations import linked, number
 from generator.shelf import REALISATIONS, Shelf, mark
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import BlockType
 from hystfmu.modelica.classes import enumeration, is_sampled_class, matrix_rows
 from hystfmu.modelica.layout import placed
-from hystfmu.modelica.literals import array, sentence
+from hystfmu.modelica.literals import array, class_text, information
 
 _OMEGAS = (7, 5, 11, 13)  # rad/s, of the inputs of a block that has no table in validation.toml
 
@@ -167,7 +167,7 @@ def _on_signal(case: Case, name: str, texts: Mapping[str, str]) -> str:
         wires,
         (_STOP, step),
         f"{case.text}. The test compares it with the unit on the signal of "
-        f"{link('Validation.BaseClasses.TestSignal')}, {where}.",
+        f"{linked('Validation.BaseClasses.TestSignal')}, {where}.",
         name,
     )
 
@@ -198,15 +198,12 @@ def _model(
 ) -> str:
     stop, interval = map(number, experiment)
     lines = [
-        mark(case.source),
-        f"within HystFMU.{within};",
-        f"model {case.name} {sentence(text)}",
         "  extends Icons.Example;",
         *(f"  {p}" for p in parts),
         *(["equation"] if equations else []),
         *(f"  {e}" for e in equations),
-        f"  annotation (experiment(StopTime = {stop}, Interval = {interval}, Tolerance = {number(_TOLERANCE)}),",
-        f"    Documentation(info = {information(told, f'<b>See also:</b> {link(tested)}.')}));",
-        f"end {case.name};\n",
     ]
-    return "\n".join(lines)
+    info = information(told, f"<b>See also:</b> {linked(tested)}.")
+    before = f"experiment(StopTime = {stop}, Interval = {interval}, Tolerance = {number(_TOLERANCE)}),\n    "
+    made = class_text(f"model {case.name}", text, lines, info, f"HystFMU.{within}", before)
+    return f"{mark(case.source)}\n{made}"

@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from hystfmu.data import Dataset
 from hystfmu.data.signals import training
 from hystfmu.graph import Graph, Input, Node, Output

@@ -23,16 +23,17 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from make_models import backlash, bouc_wen, save
+
 from hystfmu.data import Dataset
-from hystfmu.data.signals import decaying_sine
-from papers.ipmc_sensor import BEND, DRIFT, LAG, RADII, STROKE, W0, WEIGHTS, ipmc, sensor
-from papers.ipmc_sensor import RATE as IPMC_RATE
 from hystfmu.data.reader.reading import read
+from hystfmu.data.signals import decaying_sine
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify import fit
 from hystfmu.model import Model
+from papers.ipmc_sensor import BEND, DRIFT, LAG, RADII, STROKE, W0, WEIGHTS, ipmc, sensor
+from papers.ipmc_sensor import RATE as IPMC_RATE
 from papers.rate_plant import FIGURES, excitation
-from make_models import backlash, bouc_wen, save
 
 
 def columns(record: Dataset, name: str, exchanged: bool = False, train: slice | None = None) -> Dataset:
@@ -162,7 +163,7 @@ def ipmc_sensor() -> Graph:
     return Graph(nodes, wires, [Input("u", ("input.u",), "mm")], [Output("y", "voltage.y", "mV")])
 
 
-# ---- IPMC sensor in a loop: the network learns while it runs ----------------------------------------------------------
+# ---- IPMC sensor in a loop: the network learns while it runs ---------------------------------------------------------
 LATE = 5  # samples between the two voltages of the network
 MONOMIALS = [(0,), (1,), (2,), (0, 0), (0, 2), (2, 2)]  # of voltage, its change, f
 

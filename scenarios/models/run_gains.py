@@ -16,12 +16,15 @@ from typing import Any
 import hystfmu as hy
 from hystfmu.base.files import write_toml
 from hystfmu.studies import Study
-from hystfmu.studies.task import LoopLimits
 from hystfmu.studies.report import best_variation
+from hystfmu.studies.task import LoopLimits
 
 SCENARIOS = Path(__file__).parents[1]
 RECORD = SCENARIOS / "models" / "gains.record.toml"
-HEAD = "written by models/run_gains.py: what the studies of gains found; first: the objective of a first trial that was given"
+HEAD = (
+    "written by models/run_gains.py: what the studies of gains found; first: the objective of a first trial that was "
+    "given"
+)
 
 
 def rounded(values: dict[str, float]) -> dict[str, float]:

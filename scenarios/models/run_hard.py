@@ -2,10 +2,10 @@
 
     python scenarios/models/run_hard.py [LOOP ...]
 
-For example `run_hard.py pid stage/irc`; without a name all loops that have a `hard.toml`.  The record keeps the seeds of
-the draws, which are new in each run.  A range comes from the linearised loop (`stable_range.py`); 1000 draws in it are
-simulated and linearised, its corners simulated, and the range is drawn in until none is unstable.  What is stated, here and in the file
-`stable.study.toml` of the loop, are these ranges shrunk by a tenth.
+For example `run_hard.py pid stage/irc`; without a name all loops that have a `hard.toml`.  The record keeps the seeds
+of the draws, which are new in each run.  A range comes from the linearised loop (`stable_range.py`); 1000 draws in it
+are simulated and linearised, its corners simulated, and the range is drawn in until none is unstable.  What is stated,
+here and in the file `stable.study.toml` of the loop, are these ranges shrunk by a tenth.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from stable_range import SCENARIOS, Box, Loop, shrunk
+
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import write_text, write_toml
@@ -27,7 +29,6 @@ from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.metrics import measure
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.studies import Outcome, Study
-from stable_range import SCENARIOS, Box, Loop, shrunk
 
 RECORD, STAGE_RECORD = SCENARIOS / "loops" / "hard.record.toml", SCENARIOS / "stage" / "hard.record.toml"
 BAND = 0.02  # of a step

@@ -2,8 +2,8 @@
 
     python scenarios/models/run_switching.py [draws]
 
-Every sliding mode of the tracking table is compared with itself with the slope of its boundary layer in the place of the
-switching term, a PD or PID, in the worst corner.  Then gains are drawn whose linear law meets the limits of
+Every sliding mode of the tracking table is compared with itself with the slope of its boundary layer in the place of
+the switching term, a PD or PID, in the worst corner.  Then gains are drawn whose linear law meets the limits of
 loops/gains.toml; a share of its s is switched, in a layer of any width, without and with a disturbance observer.
 """
 
@@ -80,7 +80,7 @@ def linear() -> dict[str, tuple[str, str, str, dict[str, float]]]:
 
 
 def switched(gains: Values, share: float, layer: float) -> dict[str, float]:
-    """Return the sliding mode that is the PID of `gains` for s = 0, of whose s a share is switched outside of a layer."""
+    """Return the sliding mode that is the PID of `gains` for s = 0; outside of a layer a share of s is switched."""
     kd = gains["Kd"]
     line = {"lam": gains["Kp"] / kd, "k_i": gains["Ki"] / kd}
     return line | {"eta": (1 - share) * kd, "rho": share * kd * layer, "epsilon": layer}

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from hystfmu.design import linearise
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario import Cases, build

@@ -15,8 +15,7 @@ from types import ModuleType
 from threadpoolctl import threadpool_limits
 
 from hystfmu.base.errors import InputError, extras
-from papers.row import Row
-from papers.table import Report
+from papers.table import Report, Row
 
 __all__ = ["PAPERS", "Report", "Row", "missing", "quick", "reproduce"]
 

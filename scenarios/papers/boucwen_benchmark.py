@@ -25,8 +25,7 @@ from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPS
 from hystfmu.identify import fit
 from hystfmu.model import accuracy
 from hystfmu.model.accuracy import rms
-from papers.row import Row, Stated
-from papers.table import Report, report
+from papers.table import Report, Row, Stated, report
 
 ROW = Stated(__name__)
 

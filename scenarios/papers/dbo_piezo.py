@@ -20,8 +20,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify import METHODS, fit
 from hystfmu.model.accuracy import rms
-from papers.row import Row, Stated
-from papers.table import Report, report
+from papers.table import Report, Row, Stated, report
 
 ROW = Stated(__name__)
 

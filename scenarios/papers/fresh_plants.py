@@ -18,8 +18,7 @@ from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
 from papers import drawn_plants
 from papers.drawn_plants import Response
-from papers.row import Row, Stated
-from papers.table import Report, report
+from papers.table import Report, Row, Stated, gathered, report
 
 ROW = Stated(__name__)
 
@@ -51,12 +50,7 @@ def table(data: object, progress: Callable[[float], None], drawn: int = 2) -> Re
         parts += [partial(_bent_rows, kind, name, some) for kind in KINDS]
         parts += [partial(_odd_rows, plant, name, some) for plant in ("stop_like", "butterfly")]
         parts += [partial(_actuator_rows, some[0]), partial(_inverse_rows, some[0])]
-    rows: list[Row] = []
-    for k, part in enumerate(parts):
-        rows += part()
-        progress((k + 1) / len(parts))
-
-    return report(ROW, tuple(rows))
+    return report(ROW, gathered(parts, progress))
 
 
 def _recorded(plant: Response, seed: int, noise: float, h: float = STEP) -> Dataset:

@@ -29,14 +29,13 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.methods.polynomial_narx import basis, lagged
 from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.model import Model
-from hystfmu.report.plot import Line, Plot
+from hystfmu.report.plot import Plot
 from papers.ipmc_sensor import RATE, STROKE, VOLTAGE, excitation, ipmc, sensor
 from papers.recursive import Recursive
-from papers.row import Row, Stated
 from papers.statements import ipmc_bfbnn as statements
 from papers.statements.ipmc_bfbnn import N, Q
 from papers.statements.printed import PrintedRecursive, auxiliary, exponential
-from papers.table import Report, nearest, report, scanned
+from papers.table import Report, Row, Stated, curves, nearest, report, scanned
 
 ROW = Stated(__name__)
 
@@ -293,37 +292,15 @@ def _drawings(train: Dataset, validation: Dataset) -> tuple[Plot, ...]:
     t, truth = validation.t[rows], validation.y[rows]
     outputs = {"with f": _fitted(train)(x)[rows], "without f": _direct(train, N, None)(x)[rows]}
     slow_fast = {f: signals.decaying_sine(2, 0.1, round(RATE / f)) for f in (1, 10)}
+    motion, voltage = "displacement (mm)", "voltage (mV)"
+    sensors = {f"{f} Hz": (STROKE * v, VOLTAGE * sensor(v)) for f, v in slow_fast.items()}
+    errors_of = {name: y - truth for name, y in outputs.items()}
+    limits = {f"printed max {p:g}": np.full(len(t), p) for p in PRINTED}
     return (
-        Plot(
-            "fig. 1: rate dependence and drift of the sensor",
-            "displacement (mm)",
-            "voltage (mV)",
-            [Line(f"{f} Hz", STROKE * v, VOLTAGE * sensor(v)) for f, v in slow_fast.items()],
-        ),
-        Plot(
-            "fig. 3(a): validation",
-            "t (s)",
-            "voltage (mV)",
-            [Line("sensor", t, truth), *(Line(name, t, y) for name, y in outputs.items())],
-        ),
-        Plot(
-            "fig. 3(b): validation error",
-            "t (s)",
-            "error (mV)",
-            [
-                *(Line(name, t, y - truth) for name, y in outputs.items()),
-                *(Line(f"printed max {p:g}", t, np.full(len(t), p)) for p in PRINTED),
-            ],
-        ),
-        Plot(
-            "fig. 4: output versus input",
-            "displacement (mm)",
-            "voltage (mV)",
-            [
-                Line("sensor", validation.u[rows], truth),
-                *(Line(name, validation.u[rows], y) for name, y in outputs.items()),
-            ],
-        ),
+        curves("fig. 1: rate dependence and drift of the sensor", (motion, voltage), None, sensors),
+        curves("fig. 3(a): validation", ("t (s)", voltage), t, {"sensor": truth, **outputs}),
+        curves("fig. 3(b): validation error", ("t (s)", "error (mV)"), t, errors_of | limits),
+        curves("fig. 4: output versus input", (motion, voltage), validation.u[rows], {"sensor": truth, **outputs}),
     )
 
 

@@ -14,7 +14,7 @@ from hystfmu.data import Dataset, signals
 from hystfmu.identify import errors, fit
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from papers.row import Row, Stated
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 

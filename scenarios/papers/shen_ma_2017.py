@@ -41,11 +41,10 @@ from hystfmu.identify.methods.weighted_sums import sum_of_plays
 from hystfmu.identify.network.readout import hidden_sweep
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.model import Model, accuracy
-from hystfmu.report.plot import Line, Plot
+from hystfmu.report.plot import Plot
 from papers import dbo_piezo, sums_of_plays
-from papers.row import Row, Stated
 from papers.statements import shen_ma_2017 as statements
-from papers.table import Report, nearest, report, scanned
+from papers.table import Report, Row, Stated, curves, nearest, report, scanned
 
 ROW = Stated(__name__)
 
@@ -134,10 +133,11 @@ def _drawings(first: str, second: str, name: str, record: Dataset, models: Seque
     rows = slice(SAMPLES // 2, None)
     y = [m.predict(record.u)[rows] for m in models]
     t, truth = record.t[rows], record.y[rows]
-    named = list(zip(("literal", "ours"), y, strict=True))
+    named = dict(zip(("literal", "ours"), y, strict=True))
+    away = {n: np.abs(v - truth) for n, v in named.items()}
     return [
-        Plot(f"{first}: {name}", "t (s)", "y", [Line("data", t, truth), *(Line(n, t, v) for n, v in named)]),
-        Plot(f"{second}: absolute error, {name}", "t (s)", "y", [Line(n, t, np.abs(v - truth)) for n, v in named]),
+        curves(f"{first}: {name}", ("t (s)", "y"), t, {"data": truth, **named}),
+        curves(f"{second}: absolute error, {name}", ("t (s)", "y"), t, away),
     ]
 
 

@@ -21,7 +21,7 @@ from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import build
 from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.system import System
-from papers.row import Row, Stated
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 

@@ -12,7 +12,7 @@ from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.identify.features.plays import plays, thresholds
-from papers.row import Row, Stated
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 

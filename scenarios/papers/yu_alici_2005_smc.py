@@ -24,12 +24,11 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.report.plot import Line, Plot
+from hystfmu.report.plot import Plot
 from hystfmu.scenario.system.spec import shipped_scenarios
 from papers.rate_plant import DELAY, F_N, FIGURES, RATE, ZETA, actuator, excitation
-from papers.row import Row, Stated
 from papers.statements import yu_alici_2005_smc as statements
-from papers.table import Report, report
+from papers.table import Report, Row, Stated, curves, report
 
 if TYPE_CHECKING:
     from hystfmu.scenario.outcome.trace import Trace
@@ -63,11 +62,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     progress(0.5)
     controlled, figs_10_11 = _control(lambda fraction: progress(0.5 + 0.5 * fraction))
     rows += [*identified, *controlled]
-    return report(
-        ROW,
-        tuple(rows),
-        (*_drawings(), *drawings_of_relays(), fig_9, *figs_10_11),
-    )
+    return report(ROW, tuple(rows), (*_drawings(), *drawings_of_relays(), fig_9, *figs_10_11))
 
 
 def measured(u: Array, seed: int = 0) -> Dataset:
@@ -133,11 +128,10 @@ def _inverse(records: list[Dataset], model: Model) -> tuple[Row, Plot]:
         return errors(actuator(m.predict(wanted, 1 / RATE)), wanted, 1.6)["max_percent"]
 
     of = [[largest(m) for m in literal], [largest(exact)]]
-    lines = [
-        Line(name, wanted, m.predict(wanted, 1 / RATE))
-        for name, m in (("network on (y, dy/dt)", literal[0]), ("ours", exact))
-    ]
-    return ROW.over_seeds("cascade", of), Plot("fig. 9: inverse models", "wanted y", "u", lines, points=2000)
+    named = {"network on (y, dy/dt)": literal[0], "ours": exact}
+    lines = {name: m.predict(wanted, 1 / RATE) for name, m in named.items()}
+    drawing = curves("fig. 9: inverse models", ("wanted y", "u"), wanted, lines, points=2000)
+    return ROW.over_seeds("cascade", of), drawing
 
 
 # ---- closed loops ------------------------------------------------------------------------------------------------
@@ -214,35 +208,15 @@ class _Loops:
         alone = {n: self.trace(law, case, i, **off)[0] for n, i in (("network", self.literal[0]), ("ours", self.ours))}
         closed = {n: self.trace(law, case, i)[0] for n, i in (("network", self.literal[0]), ("ours", self.ours))}
         r, y = "reference.r", "plant.y"
-        plots = (
-            Plot(
-                "fig. 10: linearised hysteresis, 10 Hz",
-                "wanted y",
-                "y",
-                [Line("no inverse", none[r], none[y]), *(Line(f"inverse: {n}", t[r], t[y]) for n, t in alone.items())],
-                points=2000,
-            ),
-            Plot(
-                "fig. 11: tracking, 10 Hz",
-                "t (s)",
-                "y",
-                [
-                    Line("wanted", none.t, none[r]),
-                    Line("open loop", none.t, none[y]),
-                    *(Line(f"closed loop: {n}", t.t, t[y]) for n, t in closed.items()),
-                ],
-            ),
-            Plot(
-                "fig. 11: tracking error, 10 Hz",
-                "t (s)",
-                "error",
-                [
-                    Line("open loop", none.t, none[y] - none[r]),
-                    *(Line(f"closed loop: {n}", t.t, t[y] - t[r]) for n, t in closed.items()),
-                ],
-            ),
+        inverses = {f"inverse: {n}": (t[r], t[y]) for n, t in alone.items()}
+        loops = {"open loop": none} | {f"closed loop: {n}": t for n, t in closed.items()}
+        outputs, errors_of = ({n: t[y] for n, t in loops.items()}, {n: t[y] - t[r] for n, t in loops.items()})
+        linear, time = "fig. 10: linearised hysteresis, 10 Hz", none.t
+        return (
+            curves(linear, ("wanted y", "y"), None, {"no inverse": (none[r], none[y]), **inverses}, points=2000),
+            curves("fig. 11: tracking, 10 Hz", ("t (s)", "y"), time, {"wanted": none[r], **outputs}),
+            curves("fig. 11: tracking error, 10 Hz", ("t (s)", "error"), time, errors_of),
         )
-        return tuple(plots)
 
 
 def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
@@ -259,23 +233,17 @@ def _against_open(f: int, alone: float, closed: list[list[float]]) -> list[Row]:
 
 def _drawings() -> tuple[Plot, ...]:
     """Return diagrams like figs. 3 and 6 to 8, from the numpy actuator and the networks of the table."""
-    plots = [
-        Plot(
-            "fig. 3: fixed amplitude, several frequencies",
-            "u",
-            "y",
-            [
-                Line(f"{f} Hz", *(v[-round(RATE / f) :] for v in (u, actuator(u))))
-                for f in (2, 20, 100)
-                for u in (np.sin(2 * np.pi * f * np.arange(2 * round(RATE / f)) / RATE),)
-            ],
-        )
-    ]
+    cycles = {}
+    for f in (2, 20, 100):
+        last = round(RATE / f)
+        u = np.sin(2 * np.pi * f * np.arange(2 * last) / RATE)
+        cycles[f"{f} Hz"] = u[-last:], actuator(u)[-last:]
+    plots = [curves("fig. 3: fixed amplitude, several frequencies", ("u", "y"), None, cycles)]
     for figure in FIGURES:
         d = measured(excitation(figure))
         models = {"network on (u, du/dt)": fit(d, "rate_mlp", **LITERAL), "ours": fit(d, "rate_mlp", starts=1)}
-        lines = [Line("actuator", d.u, d.y), *(Line(n, d.u, m.predict(d.u, d.h)) for n, m in models.items())]
-        plots.append(Plot(f"fig. {figure}: hysteresis and network", "u", "y", lines, points=2000))
+        lines = {"actuator": d.y} | {n: m.predict(d.u, d.h) for n, m in models.items()}
+        plots.append(curves(f"fig. {figure}: hysteresis and network", ("u", "y"), d.u, lines, points=2000))
     return tuple(plots)
 
 
@@ -301,14 +269,9 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Plot, 
             *_against_open(f, loops.run("open_loop", case)[0], printed),
             ROW.over_seeds("inverse_alone", both(law, case, **off), f=f),
             ROW.over_seeds("as_printed", printed, f=f),
-            *(
-                Row(f"{f} Hz, {name}", None, None, ours(scenario, case), nominal)
-                for scenario, name in (
-                    ("pid", "PID and our inverse"),
-                    (integral, "sliding mode with integral"),
-                    ("internal_model", "internal model"),
-                )
-            ),
+            Row(f"{f} Hz, PID and our inverse", None, None, ours("pid", case), nominal),
+            Row(f"{f} Hz, sliding mode with integral", None, None, ours(integral, case), nominal),
+            Row(f"{f} Hz, internal model", None, None, ours("internal_model", case), nominal),
         ]
     for suffix, name in (
         ("", "20 % mismatch, "),
@@ -316,17 +279,12 @@ def _control(progress: Callable[[float], None]) -> tuple[list[Row], tuple[Plot, 
     ):
         for f, target in ((10, 0.08), (100, 0.75)):
             case = f"up_400{suffix}_{f}"
+            limit = None if suffix else target
             rows += [
                 Row.over_seeds(f"{f} Hz, {name}sliding mode as printed", None, both(law, case)),
                 Row(f"{f} Hz, {name}PID", None, None, ours("pid", case)),
                 Row(f"{f} Hz, {name}sliding mode with integral", None, None, ours(integral, case)),
-                Row(
-                    f"{f} Hz, {name}internal model",
-                    None,
-                    None,
-                    ours("internal_model", case),
-                    None if suffix else target,
-                ),
+                Row(f"{f} Hz, {name}internal model", None, None, ours("internal_model", case), limit),
             ]
     limits = {"sliding_mode__u_min": -2.0, "sliding_mode__u_max": 2.0}
     chattering = loops.run(law, "sine_10", loops.ours, sliding_mode__eta=1.1, **limits)
@@ -423,12 +381,8 @@ def drawings_of_relays() -> tuple[Plot, ...]:
     turns = u[np.flatnonzero(np.diff(np.sign(np.diff(u))) != 0) + 1]
     alpha, beta = np.repeat(turns[::2], 2)[1:], np.repeat(turns[1::2], 2)[:-1]
     line = np.array([-1.0, 1.0])
+    plane = {"alpha = beta": (line, line), "memory": (np.append(-1.0, beta), np.append(alpha[0], alpha))}
     return (
-        Plot("fig. 4: elementary operator", "u", "relay", [Line("relay", u, relay)]),
-        Plot(
-            "fig. 5: Preisach plane after a decaying input",
-            "beta",
-            "alpha",
-            [Line("alpha = beta", line, line), Line("memory", np.append(-1.0, beta), np.append(alpha[0], alpha))],
-        ),
+        curves("fig. 4: elementary operator", ("u", "relay"), u, {"relay": relay}),
+        curves("fig. 5: Preisach plane after a decaying input", ("beta", "alpha"), None, plane),
     )

@@ -28,12 +28,11 @@ from hystfmu.identify import errors, fit
 from hystfmu.identify.methods.weighted_sums import grid, kernels, ridge
 from hystfmu.inverse import inverse
 from hystfmu.model import Model, accuracy
-from hystfmu.report.plot import Line, Plot
+from hystfmu.report.plot import Plot
 from papers import nested_loops
 from papers.nested_loops import STEP, Response, recorded
-from papers.row import Row, Stated
 from papers.statements import zhao_tan_2008 as statements
-from papers.table import Report, nearest, report, scanned
+from papers.table import Report, Row, Stated, curves, nearest, report, scanned
 
 ROW = Stated(__name__)
 
@@ -108,13 +107,7 @@ def table(data: Path | None, progress: Callable[[float], None]) -> Report:
     drawings = (*_drawings(plant, record, kp_output), *shown)
     progress(1.0)
     return report(
-        ROW,
-        tuple(rows),
-        drawings,
-        decays_last=DECAYS[-1],
-        sizes=" or ".join(map(str, SPLITS)),
-        decay=decay,
-        size=size,
+        ROW, tuple(rows), drawings, decays_last=DECAYS[-1], sizes=" or ".join(map(str, SPLITS)), decay=decay, size=size
     )
 
 
@@ -389,16 +382,14 @@ def _drawings(plant: Response, record: Dataset, kp: Array) -> list[Plot]:
     backward = fit(swapped, "zhao_tan_mlp", operator="zhao_tan_inverse")
     predicted, inverted = model.predict(record.u), backward.predict(record.y)
     return [
-        Plot("fig. 1: operator and hysteresis", "x", "h, y", _lines(u, hysteresis=plant(u), operator=forward.run(u))),
-        Plot("fig. 2: inverse operator", "x", "h", _lines(u, operator=back.run(u))),
+        curves(
+            "fig. 1: operator and hysteresis", ("x", "h, y"), u, {"hysteresis": plant(u), "operator": forward.run(u)}
+        ),
+        curves("fig. 2: inverse operator", ("x", "h"), u, {"operator": back.run(u)}),
         *_validated("fig. 5", "fig. 6", "network", record.y, predicted, PRINTED[0]),
         *_validated("fig. 7", "fig. 8", "KP model", record.y, kp, PRINTED_KP[0]),
         *_validated("fig. 9", "fig. 10", "inverse network", record.u, inverted, None),
     ]
-
-
-def _lines(x: Array, **of: Array) -> list[Line]:
-    return [Line(name.replace("_", " "), x, y) for name, y in of.items()]
 
 
 def _validated(first: str, second: str, name: str, truth: Array, model: Array, printed: float | None) -> list[Plot]:
@@ -408,19 +399,17 @@ def _validated(first: str, second: str, name: str, truth: Array, model: Array, p
     """
     rows = slice(len(truth) // 2, None)
     t: Array = STEP * np.arange(len(truth), dtype=np.float64)[rows]
-    error = _lines(t, error=(model - truth)[rows])
-    if printed is not None:
-        error += _lines(t, printed_max=np.full(len(t), printed))
+    limit = {} if printed is None else {"printed max": np.full(len(t), printed)}
     return [
-        Plot(f"{first}: validation, {name}", "t (s)", "y", _lines(t, measured=truth[rows], model=model[rows])),
-        Plot(f"{second}: validation error, {name}", "t (s)", "error", error),
+        curves(f"{first}: validation, {name}", ("t (s)", "y"), t, {"measured": truth[rows], "model": model[rows]}),
+        curves(f"{second}: validation error, {name}", ("t (s)", "error"), t, {"error": (model - truth)[rows], **limit}),
     ]
 
 
 def _compensated(wanted: Array, y: Array) -> list[Plot]:
     t: Array = STEP * np.arange(len(wanted), dtype=np.float64)
-    error = _lines(t, error=y - wanted, printed_max=np.full(len(t), PRINTED_CASCADE))
+    error = {"error": y - wanted, "printed max": np.full(len(t), PRINTED_CASCADE)}
     return [
-        Plot("fig. 12: inverse in cascade", "wanted", "y", _lines(wanted, output=y)),
-        Plot("fig. 13: error of the cascade", "t (s)", "error", error),
+        curves("fig. 12: inverse in cascade", ("wanted", "y"), wanted, {"output": y}),
+        curves("fig. 13: error of the cascade", ("t (s)", "error"), t, error),
     ]

@@ -6,7 +6,6 @@ message if their installation or build fails.
 """
 
 import itertools
-import json
 import os
 import subprocess
 import sys
@@ -32,23 +31,6 @@ RIVALS = HERE.parents[1] / "build" / "rivals"
 STEPS, REPEATS = 4000, 1500
 HEADERS = ["-isystem", str(Path(fmpy.__file__).parent / "c-code")]
 
-# writes net.onnx, the same function in float32 as these tools require, and the variables for onnx2fmu
-ONNX = """
-import json, sys
-import numpy as np
-import onnx
-from onnx import TensorProto, helper, numpy_helper
-net = json.loads(sys.argv[1])
-array = lambda name, v: numpy_helper.from_array(np.array(v, dtype=np.float32), name)
-weights = [array(name, np.array(v).T) for name, v in net.items()]
-nodes = [helper.make_node("Gemm", ["u", "W1", "b1"], ["a"]), helper.make_node("Sigmoid", ["a"], ["z"]),
-         helper.make_node("Gemm", ["z", "W2", "b2"], ["y"])]
-value = lambda name, n: helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, n])
-graph = helper.make_graph(nodes, "net", [value("u", 2)], [value("y", 1)], weights)
-onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=9), "net.onnx")
-ports = {"inputs": [{"name": "u"}], "outputs": [{"name": "y"}]}
-json.dump({"name": "net", "description": "", "FMIVersion": "2.0", **ports}, open("net.json", "w"))
-"""
 PYTHONFMU = """
 import math
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
@@ -129,7 +111,7 @@ class Fmu:
 
 
 def rival_python(*packages):
-    """Return the interpreter of build/rivals with the packages installed."""
+    """Return the interpreter of build/rivals with the packages installed, and its environment."""
     python = RIVALS / packages[0] / "bin" / "python"
     if not python.exists():
         command(sys.executable, "-m", "venv", python.parents[1])
@@ -149,31 +131,6 @@ def pythonfmu(folder, net):
     made = folder / "Net.fmu"
     build = ["-m", "pythonfmu", "build", "-f", "net.py", "-d", folder]
     command(python, *build, makes=made, cwd=folder, env=environment)
-    return made, time.perf_counter() - begin
-
-
-def onnx2fmu(folder, net):
-    python, environment = rival_python("onnx2fmu", "onnx", "setuptools")
-    command(python, "-c", ONNX, json.dumps(net), cwd=folder, env=environment)
-    begin = time.perf_counter()
-    build = ["-m", "onnx2fmu.app", "build", "net.onnx", "net.json", "target", "--destination", "."]
-    made = folder / "net.fmu"
-    command(python, *build, makes=made, cwd=folder, env=environment)
-    return made, time.perf_counter() - begin
-
-
-def mlfmu(folder, net):
-    python, environment = rival_python("mlfmu", "onnx", "setuptools")
-    command(python, "-c", ONNX, json.dumps(net), cwd=folder, env=environment)
-    inputs = [{"name": f"u_{i + 1}", "type": "real", "agentInputIndexes": [str(i)]} for i in range(2)]
-    outputs = [{"name": "y", "type": "real", "agentOutputIndexes": ["0"]}]
-    interface = {"name": "net", "version": "1", "inputs": inputs, "outputs": outputs}
-    (folder / "interface.json").write_text(json.dumps(interface))
-    begin = time.perf_counter()
-    script = "from mlfmu.cli.mlfmu import main; main()"
-    made = folder / "out" / "net.fmu"
-    build = ["build", "--interface-file", "interface.json", "--model-file", "net.onnx", "--fmu-path", made.parent]
-    command(python, "-c", script, *build, makes=made, cwd=folder, env=environment)
     return made, time.perf_counter() - begin
 
 
@@ -244,12 +201,10 @@ def export_rows(folder):
 def main():
     columns = ["2-12-1 net", "ns/step", "x bare", "max difference", "export", "size"]
     with tempfile.TemporaryDirectory() as where:
-        for activation, rivals in (("sigmoid", (onnx2fmu, mlfmu, pythonfmu)), ("tanh", ())):
+        for activation, rivals in (("sigmoid", (pythonfmu,)), ("tanh", ())):
             folder = Path(where) / activation
             folder.mkdir()
-            print(
-                f"\nP1 {activation}: setReal(2) + doStep + getReal; target <= 1.0 x bare, >= 25 x faster than onnx2fmu"
-            )
+            print(f"\nP1 {activation}: setReal(2) + doStep + getReal; target <= 1.0 x bare")
             print(table(columns, steps(activation, rivals, folder)))
         columns = ["export", "platforms", "ms", "kB", "without binaries", "per binary"]
         print("\nP5 export of an identified model; target <= 50 ms, <= 140 kB for this machine, <= 450 kB for all")

@@ -147,6 +147,7 @@ def polarisation(u, remanent=0.0, levels=120):
     return out
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("remanent", [0.0, 0.03])
 def test_preisach_with_a_bell_curve_of_a_butterfly_loop(remanent):
     """The strain of a ferroelectric is even in the polarisation, so that it shows the polarisation without its sign."""
@@ -171,6 +172,7 @@ def test_duhem_on_bouc_wen_with_a_broken_exponent(bouc_wen_like, duhem_model):
     assert duhem_model.fit["parameters"] == 25
 
 
+@pytest.mark.stress
 def test_duhem_under_noise(bouc_wen_like):
     noise = 1e-3 * bouc_wen_like.span * np.random.default_rng(1).normal(size=len(bouc_wen_like.u))
     m = fit(bouc_wen_like.with_output(bouc_wen_like.y + noise), "duhem")
@@ -220,6 +222,7 @@ class Alloy:
         return out + self.elastic * u
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("record", "most"), [(signals.training(30), 0.1), (signals.decaying_sine(9, 0.12), 0.4)], ids=["nested", "decaying"]
 )

@@ -1,7 +1,8 @@
 """What follows from the C tables is up to date: page of the blocks, signatures for editors, Modelica base classes."""
 
 import re
-from pathlib import Path
+import shutil
+from pathlib import Path, PurePath
 
 import pytest
 
@@ -23,6 +24,20 @@ def test_texts_follow_from_the_tables(file, text):
 
 def test_modelica_follows_from_the_tables():
     assert list(generator.stale(ROOT / "modelica" / "HystFMU")) == []
+
+
+def test_a_stale_record_of_a_model_is_found(tmp_path: Path) -> None:
+    root = tmp_path / "modelica" / "HystFMU"
+    shutil.copytree(ROOT / "modelica", root.parent)
+    for models in ("scenarios", "tests"):  # the records' models and the vectors of the Validation models
+        (tmp_path / models).symlink_to(ROOT / models)
+    assert generator.stale(root) == []
+    file = root / "Data" / "BoucWenIdentified.mo"
+    fresh = file.read_text("utf-8")
+    file.write_text(fresh.replace("rms_percent = ", "rms_percent = 1", 1), "utf-8")
+    assert generator.stale(root) == [PurePath("Data", "BoucWenIdentified.mo")]
+    generator.write(root)
+    assert file.read_text("utf-8") == fresh
 
 
 # ---- Every block has a class in the Modelica library: the file with its equations, beside a generated base class

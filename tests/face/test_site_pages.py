@@ -21,7 +21,7 @@ ELSEWHERE = {"hystfmu study scenarios/pid/draws.study.toml -o out": "tests/study
 SLOW = {"tutorial/piezo.md", "explanation/promise.md", "howto/loops.md"}
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "page",
     [

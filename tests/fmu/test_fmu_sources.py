@@ -97,6 +97,7 @@ def test_core_is_freestanding(tmp_path: Path, compiler: str, level: str) -> None
     }
 
 
+@pytest.mark.some(1)
 def test_only_the_standard_and_own_names_are_public(tmp_path: Path, fmi: int) -> None:
     folder = _source(every_block(), tmp_path, fmi)
     _compile("gcc", folder / "sources" / "m.c", tmp_path / "m.o", "-c", "-O0")

@@ -1,5 +1,5 @@
 """The structured actuator on plants of its class that no default was tuned on: bent, stop-like, butterfly, with creep,
-with dynamics.  The seeds of the plants are fixed here; `bench_identify.py` draws fresh ones."""
+with dynamics.  The seeds of the plants are fixed here; `hystfmu reproduce fresh_plants` draws others."""
 
 import numpy as np
 import plants

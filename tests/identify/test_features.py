@@ -5,7 +5,6 @@ import pytest
 from numpy.polynomial import legendre
 
 from hystfmu.graph.recursion import lag, parallel_lags
-from hystfmu.identify.estimate import search
 from hystfmu.identify.features import (
     bent_sum,
     smooth_density,
@@ -14,6 +13,7 @@ from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods import constraint_factor_mlp as constraint_factor
 from hystfmu.identify.methods import preisach
+from hystfmu.identify.solvers import trust_region
 
 RNG = np.random.default_rng(11)
 PATH = np.concatenate([np.cumsum(RNG.normal(size=90)) / 4, [0.3, 0.3, -4.0, 5.0, 5.0, 1.0]])  # with plateaus
@@ -86,50 +86,6 @@ def test_a_branch_knows_where_it_falls():
         mid = (lo + hi) / 2
         lo, hi = (mid, hi) if np.exp(-mid) * (1 - mid) - (1 - np.exp(-mid)) > 0 else (lo, mid)
     assert bent.falling == pytest.approx(1 - lo / 2, abs=1e-3)
-
-
-def operator(x, x0, branch):
-    """Return-point memory by definition: plays of all half-widths with the weights of Masing's branch."""
-    r = np.array([0.0, 0.2, 0.35, 0.8, 1.5])
-    w = np.array([0.5, 1.0, 0.3, 0.7, 0.2])
-    z = np.full(5, x0)
-    out = []
-    for v in x:
-        z = np.clip(z, v - r, v + r)
-        out.append(w @ (z - x0))
-    return np.array(out), (lambda d: np.maximum(d[:, None] - 2 * r, 0) @ w) if branch else None
-
-
-@pytest.mark.parametrize("x0", [0.0, 0.4, PATH[0]])
-def test_the_branches_of_dominant_extrema_give_a_sum_of_plays(x0):
-    where = constraint_factor.stack_coordinates(PATH, x0)
-    expected, g = operator(PATH, x0, branch=True)
-    h = np.zeros(len(PATH) + 1)
-    steps = where.weight * g(where.d)
-    for k, p in enumerate(where.start):
-        h[k] = h[p] + steps[k]
-    assert (where.d >= 0).all()
-    assert (where.start < np.arange(len(PATH))).all()
-    assert h[:-1] == pytest.approx(expected, abs=1e-12)
-
-
-def test_the_last_extremum_alone():
-    x = np.array([0.0, 1.0, 3.0, 2.0, 2.5, 2.5, 1.0, 4.0])
-    where = constraint_factor.stack_coordinates(x, 0.0, "last")
-    assert where.start.tolist() == [-1, -1, -1, 2, 3, 3, 5, 6]
-    assert where.weight.tolist() == [0, 1, 1, -1, 1, 1, -1, 1]
-    assert where.d.tolist() == [0, 1, 3, 1, 0.5, 0.5, 1.5, 3]
-    falling = constraint_factor.stack_coordinates(-x, 0.0, "last")
-    assert falling.weight.tolist() == (-where.weight).tolist()
-    assert falling.d.tolist() == where.d.tolist()
-
-
-def test_columns_are_operators_with_one_function_as_their_branch():
-    where = constraint_factor.stack_coordinates(PATH, 0.1)
-    H = where.columns(2, np.inf)
-    for k, p in enumerate(where.start):
-        step = where.weight[k] * b(where.d[k : k + 1], 2)[0]
-        assert H[k] == pytest.approx((H[p] if p >= 0 else 0) + step, rel=1e-12)
 
 
 @pytest.mark.parametrize("literal", [False, True])
@@ -288,13 +244,13 @@ def test_standard_errors_of_a_straight_line():
     e = 0.1 * rng.normal(size=4000)
     free = np.array([True, True, False])
     covariance = np.linalg.inv(J[:, :2].T @ J[:, :2])
-    T = search.correlation_time(e)
+    T = trust_region.correlation_time(e)
     assert 1 <= T < 1.3
     expected = np.sqrt(np.diag(covariance) * (e @ e) / 3998 * T)
-    assert search.standard_errors(e, J, free) == pytest.approx([*expected, 0.0], rel=1e-9)
+    assert trust_region.standard_errors(e, J, free) == pytest.approx([*expected, 0.0], rel=1e-9)
     J[:, 1] = 0
     alone = np.sqrt(e @ e / 3998 * T / 4000)  # a column without effect does not change the error of the other one
-    assert search.standard_errors(e, J, free) == pytest.approx([alone, np.inf, 0.0], rel=1e-9)
+    assert trust_region.standard_errors(e, J, free) == pytest.approx([alone, np.inf, 0.0], rel=1e-9)
 
 
 def test_the_correlation_time_of_a_first_order_process():
@@ -303,10 +259,10 @@ def test_the_correlation_time_of_a_first_order_process():
     noise = rng.normal(size=len(e))
     for k in range(1, len(e)):
         e[k] = a * e[k - 1] + noise[k]
-    assert search.correlation_time(e + 5) == pytest.approx((1 + a) / (1 - a), rel=0.1)
-    assert search.correlation_time(np.full(9, 2.0)) == 1.0
+    assert trust_region.correlation_time(e + 5) == pytest.approx((1 + a) / (1 - a), rel=0.1)
+    assert trust_region.correlation_time(np.full(9, 2.0)) == 1.0
     short = np.array([1.0, 2.0, 0.0, -1.0, 0.5])
     centred = short - 0.5
     lags = [centred[: 5 - k] @ centred[k:] / (centred @ centred) for k in range(5)]
     end = next(k for k, v in enumerate(lags) if v <= 0)
-    assert search.correlation_time(short) == pytest.approx(1 + 2 * sum(lags[1:end]))
+    assert trust_region.correlation_time(short) == pytest.approx(1 + 2 * sum(lags[1:end]))

@@ -124,6 +124,7 @@ def test_back_relaxation(form):
     assert reached("IPMC, back-relaxation", "actuator", form, seed=65228) <= 0.2
 
 
+@pytest.mark.stress
 def test_lags_do_not_imitate_a_derivative():
     """A damper on one oscillation: lags of large weights and opposite signs fit its rows, and leave 27 to 49 %."""
     assert reached("Spencer's MR damper", "actuator", "decaying sine", seed=4711) <= 15

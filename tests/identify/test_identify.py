@@ -33,6 +33,7 @@ QUICK = {
 KEYS = [k for k in METHODS if k != "auto" and not k.endswith("_oscillator")]  # no oscillator here
 
 
+@pytest.mark.some(6)
 @pytest.mark.parametrize("key", KEYS)
 def test_every_method_reports_what_its_saved_model_does(key, small, tmp_path):
     data = small.with_train("100:900")
@@ -167,6 +168,7 @@ def test_weights_on_the_grid_are_recovered_exactly(n):
 
 
 # ---- training ------------------------------------------------------------------------------------------------------
+@pytest.mark.stress
 @pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
 def test_derivatives_against_differences_and_torch(activation):
     from torch_network import outputs_and_jacobian, perceptron

@@ -1,9 +1,10 @@
-"""Rate dependence: dynamics after plays, recovered from a plant with another integrator and an input that is no ramp
-between samples; the rate without memory; the bound of the sliding mode law against its ODE."""
+"""Rate dependence: dynamics after plays, recovered from a plant that is solved on a finer grid, for an input that is no
+ramp between samples; the rate without memory; the bound of the sliding mode law against its ODE."""
 
 import numpy as np
 import plants
 import pytest
+from foreign.solvers import late, mode
 from scipy.integrate import solve_ivp
 
 from hystfmu import Dataset, InputError
@@ -19,26 +20,12 @@ H, FINER = 1e-4, 20
 
 
 def plant(u, seconds, f_n, zeta, delay, held=False):
-    """Plays -> G0 by Runge-Kutta -> delay (samples), in 20 steps per sample of H; u is a function of time."""
+    """Plays -> G0 -> delay (samples), in 20 exact steps per sample of H; u is a function of time."""
     n = round(seconds / H)
     at = np.arange(n * FINER + 1) // FINER * FINER if held else np.arange(n * FINER + 1)
     x = u(at * H / FINER)
     v = plants.W0 * x + plants.plays(x, plants.R, x[0]) @ plants.W
-    w, h, y, dy = 2 * np.pi * f_n, H / FINER, v[0], 0.0
-    a, b = w * w, 2 * zeta * w
-    out = np.empty(len(v))
-    out[0] = y
-    for k in range(1, len(v)):
-        v0, v1 = (v[k - 1], v[k - 1]) if held else (v[k - 1], v[k])
-        vm = (v0 + v1) / 2
-        k1, l1 = dy, a * (v0 - y) - b * dy
-        k2, l2 = dy + h / 2 * l1, a * (vm - y - h / 2 * k1) - b * (dy + h / 2 * l1)
-        k3, l3 = dy + h / 2 * l2, a * (vm - y - h / 2 * k2) - b * (dy + h / 2 * l2)
-        k4, l4 = dy + h * l3, a * (v1 - y - h * k3) - b * (dy + h * l3)
-        y, dy = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), dy + h / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
-        out[k] = y
-    late = round(delay * FINER)
-    out = np.concatenate([np.full(late, v[0]), out])[: len(v)]
+    out = late(mode(v, f_n, zeta, H / FINER), round(delay * FINER))
     return Dataset.from_signal(u(np.arange(n + 1) * H), out[::FINER], H)
 
 
@@ -65,6 +52,7 @@ def test_the_dynamics_are_recovered_and_hold_on_other_signals(f_n, zeta, delay):
     assert errors(m.predict(tones.u), tones.y, d.span)["rms_percent"] <= 0.06
 
 
+@pytest.mark.stress
 def test_a_converter_that_holds_from_a_row_on_shows_as_one_more_sample():
     d = plant(chirp, 0.6, 300.0, 0.6, 1.25, held=True)
     m = fit(d, "g0_prandtl_ishlinskii", hold="zoh", N=20)

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import lsq_linear, minimize_scalar
 
 from hystfmu.identify.methods.preisach import FOLDS, Penalised, best_strengths
-from hystfmu.identify.solvers import nonnegative, trainers
+from hystfmu.identify.solvers import nonnegative
 from hystfmu.identify.solvers.trainers import conjugate_gradients, levenberg_marquardt
 
 
@@ -162,7 +162,7 @@ def quadratic(n: int):
 @pytest.mark.parametrize("n", [1, 2, 6, 10])
 def test_conjugate_directions_end_after_as_many_steps_as_variables(n):
     function, x = quadratic(n)
-    p, value, steps = conjugate_gradients(np.zeros(n), function, 100, slope=1e-10, gradient=1e-7)
+    p, value, steps = conjugate_gradients(np.zeros(n), function, 100, slope=1e-5, gradient=1e-7)
     assert p == pytest.approx(x, abs=1e-6)
     assert value == pytest.approx(3.0, abs=1e-12)
     assert steps <= n + 1
@@ -189,18 +189,6 @@ def test_conjugate_gradients_in_the_valley_of_rosenbrock():
     assert value == valley(p)[0] < valley(np.full(4, -1.0))[0]
 
 
-CUBIC = np.polynomial.Polynomial([2.0, -3.0, 0.0, 1.0])  # minimum at 1, maximum at -1
-
-
-@pytest.mark.parametrize(("a", "b"), [(0.0, 2.0), (2.0, 0.0), (0.3, 0.9), (1.2, 4.0), (-0.5, 1.5)])
-def test_interpolation_finds_the_minimum_of_a_cubic(a, b):
-    slope = CUBIC.deriv()
-    ends = [(x, float(CUBIC(x)), float(slope(x))) for x in (a, b)]
-    assert trainers._between(*ends, -10.0, 10.0) == pytest.approx(1.0, abs=1e-12)
-    assert trainers._between(*ends, 1.5, 10.0) == 1.5
-    assert trainers._between(*ends, -10.0, 0.5) == 0.5
-
-
 def test_levenberg_marquardt_ends_at_the_least_squares():
     rng = np.random.default_rng(3)
     A, b = rng.normal(size=(20, 4)), rng.normal(size=20)
@@ -217,55 +205,6 @@ def test_levenberg_marquardt_ends_at_the_least_squares():
     )
     assert q == pytest.approx(p, abs=1e-12)
     assert len(jacobians) <= len(seen) + 1
-
-
-# ---- line search ----------------------------------------------------------------------------------------------------
-def searched(f, slope_of, step, slope=0.1):
-    """Search along a line; return step, value, and the places of all trials."""
-    tried = []
-
-    def function(p):
-        tried.append(float(p[0]))
-        return f(p[0]), np.array([slope_of(p[0])])
-
-    found = trainers._line_search(np.zeros(1), np.ones(1), f(0.0), slope_of(0.0), step, function, slope)
-    return found, tried
-
-
-@pytest.mark.parametrize(
-    ("step", "tried"),
-    [(1.0, [1, 3]), (10.0, [10, 3]), (3.1, [3.1]), (3.4, [3.4, 3]), (0.1, [0.1, 1.0, 3]), (0.01, [0.01, 0.1, 1.0, 3])],
-)
-def test_trials_of_a_line_search_on_a_parabola(step, tried):
-    found, places = searched(lambda a: (a - 3) ** 2, lambda a: 2 * (a - 3), step)
-    assert places == pytest.approx(tried)
-    assert found[:2] == pytest.approx((tried[-1], (tried[-1] - 3) ** 2), abs=1e-12)
-    assert found[2] == pytest.approx([2 * (tried[-1] - 3)], abs=1e-9)
-
-
-@pytest.mark.parametrize(("slope", "count"), [(0.1, 2), (0.9, 1)])
-def test_the_slope_must_fall_to_its_fraction(slope, count):
-    _, places = searched(lambda a: (a - 3) ** 2, lambda a: 2 * (a - 3), 0.5, slope)
-    assert len(places) == count
-
-
-def test_a_search_ends_after_twenty_trials():
-    found, places = searched(lambda a: -a, lambda a: -1.0, 1.0)
-    assert len(places) == 20
-    assert places[1] == pytest.approx(5.55)  # the middle of 1.1 and 10 times the last step
-    assert found[0] == places[-1]
-
-
-def test_a_search_without_a_lower_point_finds_none():
-    found, places = searched(lambda a: 1.5 if a else 1.0, lambda a: -1.0, 1.0)
-    assert found is None
-    assert len(places) == 20
-    assert places == sorted(places, reverse=True)
-    found, _ = searched(lambda a: 1.0 + 1e-15 * a, lambda a: -1e-15, 1.0)
-    assert found is not None  # higher by no more than rounding
-    found, places = searched(lambda a: np.inf if a else 0.0, lambda a: -1.0, 1.0)
-    assert found is None
-    assert places[:3] == pytest.approx([1.0, 0.5, 0.25])
 
 
 # ---- directions -----------------------------------------------------------------------------------------------------
@@ -303,9 +242,9 @@ def powell_beale(p, steps):
 @pytest.mark.parametrize("steps", range(1, 9))
 def test_the_points_of_powell_and_beale(steps):
     start = np.array([1.0, -0.5, 0.8, 0.3, -0.9])
-    p, value, taken = conjugate_gradients(start, well, steps, slope=1e-8)
+    p, value, taken = conjugate_gradients(start, well, steps, slope=1e-3)
     want = powell_beale(start, steps)[-1]
-    assert p == pytest.approx(want, abs=2e-5)
+    assert p == pytest.approx(want, abs=2e-4)
     assert value == well(p)[0]
     assert taken == steps
 

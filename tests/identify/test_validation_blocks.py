@@ -21,6 +21,7 @@ SEEDS = [secrets.randbelow(10**6) for _ in range(3)]
 drawn = pytest.mark.parametrize("seed", SEEDS, ids=range(3))  # workers draw apart: names must not tell the draw
 
 
+@pytest.mark.some(1)
 @drawn
 def test_the_folds_of_a_decaying_sine_tell_the_same(seed):
     """A network that had not seen the first loop erred there three times as much, and lost or won by luck."""

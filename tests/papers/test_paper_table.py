@@ -9,8 +9,7 @@ from click.testing import CliRunner
 
 from hystfmu.cli import main
 from hystfmu.report.diagrams import Ratio, Ratios
-from papers.row import Row
-from papers.table import Report, bounded, nearest
+from papers.table import Report, Row, bounded, nearest
 
 
 @pytest.mark.parametrize(

@@ -15,12 +15,10 @@ from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit, options
 from hystfmu.identify.catalogue import resolve
-from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods.constraint_factor_mlp import (
     GRID,
     LEAST_SLOPE,
     Branch,
-    basis,
     basis_derivatives,
     increasing_branch,
     literal_branch,
@@ -69,24 +67,6 @@ def test_the_columns_go_straight_on_beyond_the_longest_branch_as_the_block_does(
         block = Graph.single(Node("operator", "constraint_factor", {}, values)).run(path)
         columns = stack_coordinates(path, 0.1, memory).columns(2, 0.7)
         np.testing.assert_allclose(columns @ A, block, rtol=1e-12, atol=1e-13)
-
-
-def test_slopes_are_the_derivatives_of_the_basis():
-    d, e = np.linspace(0.05, 1.5, 20), 1e-6
-    np.testing.assert_allclose(
-        (basis(d + e, 5) - basis(d - e, 5)) / (2 * e), basis_derivatives(d, 5), rtol=1e-7, atol=1e-9
-    )
-
-
-def test_a_branch_is_recovered_from_rows_in_the_middle_of_a_record(path):
-    """Data from plays; the memory of the rows before counts, an offset is free."""
-    y = 3.0 + by_plays(path, A)
-    rows = slice(900, len(path))
-    v = y[rows]
-    b = increasing_branch(stack_coordinates(path, 0.0), v, np.ones((len(v), 1)), rows, 2, 0.0)
-    d = np.linspace(0, b.d_max, 50)
-    np.testing.assert_allclose(b(d), g(d, A), atol=1e-5)
-    assert b.falling == 0
 
 
 def test_the_increasing_branch_is_the_constrained_optimum(path):
@@ -179,13 +159,6 @@ def test_fitted_operator_and_network_straighten_a_bent_readout():
     for name, e in bent.items():
         assert e["rms_percent"] <= 0.2, name
     assert plain["nested reversals"]["rms_percent"] >= 3 * bent["nested reversals"]["rms_percent"]
-
-
-def test_straightened_output():
-    y = np.array([1.0, 2.0, 4.0, 3.0])
-    v, free = straightened(-y, y, 3, np.zeros((4, 0)))
-    np.testing.assert_allclose(v, [1.0, 1 / 3, -1.0, -1 / 3])
-    np.testing.assert_allclose(free, np.column_stack([np.ones(4), 1.5 * v**2 - 0.5, 2.5 * v**3 - 1.5 * v]), atol=1e-15)
 
 
 @pytest.mark.stress

@@ -1,4 +1,4 @@
-"""Zhao & Tan 2008: trainers, KP model, inverse networks, networks of the user, and the paper's figures."""
+"""Zhao & Tan 2008: option of the trainer, KP model, inverse networks, networks of the user, figures of the paper."""
 
 import numpy as np
 import plants
@@ -10,72 +10,14 @@ from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals
 from hystfmu.identify import fit
 from hystfmu.identify.methods.weighted_sums import grid
-from hystfmu.identify.network.training import Fit, start
-from hystfmu.identify.solvers.trainers import TRAINERS, Squares, conjugate_gradients
+from hystfmu.identify.solvers.trainers import TRAINERS
 from papers import zhao_tan_2008
 from papers.table import figure
 
 rng = np.random.default_rng(2)
 
 
-# ---- conjugate gradients -------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("n", [2, 5, 10])
-def test_powell_beale_ends_a_quadratic_in_n_steps(n):
-    Q = np.linalg.qr(np.random.default_rng(n).normal(size=(n, n)))[0]
-    A, b = Q @ np.diag(np.linspace(1, 20, n)) @ Q.T, np.arange(1.0, n + 1)
-    quadratic = lambda x: (x @ A @ x / 2 - b @ x, A @ x - b)  # noqa: E731
-    left = {}
-    for steps in (n - 1, n):
-        x, _, taken = conjugate_gradients(np.zeros(n), quadratic, steps, slope=1e-10)
-        assert taken == steps
-        left[steps] = np.linalg.norm(x - np.linalg.solve(A, b))
-    assert left[n] < 1e-10
-    assert left[n - 1] > 1e-4  # one fewer is not enough
-
-
-def test_powell_beale_directions_are_conjugate_after_a_restart_that_is_not_the_first_step():
-    """d_t of the third term: after restarts forced by a kink far from the minimum the end is a quadratic's."""
-    A, b = np.diag([1.0, 4.0, 9.0, 16.0]), np.ones(4)
-
-    def bent(x):
-        q, g = x @ A @ x / 2 - b @ x, A @ x - b
-        far = np.maximum(np.abs(x) - 2, 0)
-        return q + np.sum(far**4), g + 4 * far**3 * np.sign(x)
-
-    x, _, steps = conjugate_gradients(np.full(4, 9.0), bent, 200, slope=1e-10, gradient=1e-9)
-    np.testing.assert_allclose(x, b / np.diag(A), atol=1e-9)
-    assert steps < 40
-
-
 # ---- trainers ------------------------------------------------------------------------------------------------------
-@pytest.fixture(scope="module")
-def smooth():
-    x = np.random.default_rng(1).uniform(-1, 1, (200, 2))
-    return x, np.sin(2 * x[:, 0]) * x[:, 1]
-
-
-def test_trainers_end_near_one_another(smooth):
-    x, y = smooth
-    p = start(x, y, 4, "tanh", np.random.default_rng(3))
-    ridge = 1e-1 * np.eye(len(p))  # one minimum that all of them reach
-
-    fit = Fit(x, y, 4, "tanh")
-
-    def function(p):
-        r, J = fit.residuals(p)
-        return np.concatenate([r, ridge @ p]), np.vstack([J, ridge])
-
-    def gradient(p):
-        r, J = function(p)
-        return float(r @ r), 2 * J.T @ r
-
-    of = Squares(function, lambda p: function(p)[0], gradient)
-    before = np.sum(function(p)[0] ** 2)
-    costs = {name: trainer(p, of, 400, lambda f: None)[1] for name, trainer in TRAINERS.items()}
-    assert max(costs.values()) < 1.001 * min(costs.values())
-    assert max(costs.values()) < 0.2 * before
-
-
 def test_trainer_is_an_option_of_the_network_methods():
     u = signals.decaying_sine(4, 0.1, 100)
     data = Dataset.from_signal(u, plants.prandtl_ishlinskii(u))
@@ -223,7 +165,7 @@ def test_the_actuator_is_the_one_of_the_tests():
 
 @pytest.mark.stress
 def test_table_with_one_seed_and_less_data(monkeypatch):
-    """The whole table runs in `make papers`; what needs much data is measured by S2 of `make bench`."""
+    """The whole table runs in `make papers`; what needs much data is S2 of tests/identify/test_keys_heldout.py."""
     from papers import nested_loops, reproduce
 
     def short(data, key, *seed, **options):

@@ -17,8 +17,7 @@ import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.demo import demo
 from hystfmu.report.plot import Line, Plot
-from papers.row import Row
-from papers.table import Report
+from papers.table import Report, Row
 
 try:
     from playwright.sync_api import Browser, Locator, Page

@@ -116,6 +116,7 @@ def test_a_loop_broken_at_a_signal_closes_the_rest() -> None:
         G = slope / z
         want = -(D[1, 1] + D[1, 0] * G * D[0, 1] / (1 - D[0, 0] * G))
         assert made.response(slope) == pytest.approx(want, rel=1e-9)
+        assert made.response_at(made._angles[::40], slope) == pytest.approx(want[::40], rel=1e-9)
     nearest = min(np.abs(1 + made.response(float(s))).min() for s in np.linspace(0.5, 2, 7))
     assert made.worst_peak_db() == pytest.approx(-20 * np.log10(nearest), rel=1e-9)
     low = made.margins(0.5)

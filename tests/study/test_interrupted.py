@@ -140,16 +140,6 @@ def test_a_full_disk(write: Any, tmp_path: Path, program: str, quiet: bytes) -> 
     assert outcome.table.read_bytes() == quiet
 
 
-def test_full_journals_become_parts(write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write()
-    whole = hy.study(path, tmp_path / "a", workers=1).table.read_bytes()
-    monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 10)
-    outcome = hy.study(path, tmp_path / "b", workers=1)
-    assert len(list((tmp_path / "b").glob("part-*.parquet"))) == 2
-    assert outcome.table.read_bytes() == whole
-    assert hy.study(path, tmp_path / "b", workers=1).ran == 0
-
-
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
     """A script from standard input has no file for a worker to import."""
     path = write(engine="fmpy")
@@ -209,7 +199,6 @@ def test_a_run_that_failed_at_a_limit_runs_again_when_it_is_raised(
     runner: type, limit: str, low: float, high: float, write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("hystfmu.studies.pool.Runner", runner)
-    monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 10)  # the limit is also kept in parts
     whole = hy.study(write(), tmp_path / "whole", workers=1).table.read_bytes()
     folder = tmp_path / "out"
     first = hy.study(write(**{limit: low}), folder, workers=1)

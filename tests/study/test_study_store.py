@@ -1,4 +1,4 @@
-"""The table on disk: lines with sums, two copies, parts; damaged and full, it resumes to the same table."""
+"""The table on disk: lines with sums, two copies; damaged and full, it resumes to the same table."""
 
 import json
 import os
@@ -13,20 +13,7 @@ import pytest
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.studies import store
 from hystfmu.studies.store import Store, open_locked
-
-
-def test_a_file_and_a_folder_are_synchronised_and_closed(tmp_path: Path, monkeypatch: Any) -> None:
-    synced: list[int] = []
-    monkeypatch.setattr(store.os, "fsync", synced.append)
-    (tmp_path / "file").write_text("x")
-    store._sync(tmp_path / "file")
-    store._sync(tmp_path)
-    assert len(synced) == 2
-    for handle in synced:
-        with pytest.raises(OSError, match="Bad file descriptor"):
-            os.fstat(handle)
 
 
 def test_files_that_are_read_only_stay_as_they_are(tmp_path: Path) -> None:
@@ -73,18 +60,15 @@ def test_a_folder_of_an_older_version_is_refused(tmp_path: Path) -> None:
 # ---- damage ----------------------------------------------------------------------------------------------------------
 DRAWS: dict[str, Any] = {"method": "random", "n": 12, "seed": "run"}  # 24 rows, a seed of their own
 ROWS = 96  # of a study whose journal takes 23 kB
-FILES = ("journal.jsonl", "columns.json", "columns.copy.json", "seed.json", "seed.copy.json", "part-*.parquet")
+FILES = ("journal.jsonl", "columns.json", "columns.copy.json", "seed.json", "seed.copy.json")
 
 
 _MADE: list[Path] = []
 
 
 @pytest.fixture
-def study(
-    write: Any, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> tuple[Path, Path, bytes]:
-    """A study file, its folder with a part of 15 rows and a journal of 9, made once, and its table."""
-    monkeypatch.setattr("hystfmu.studies.store.PART_ROWS", 15)
+def study(write: Any, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, bytes]:
+    """A study file, its folder with a journal of 24 rows, made once, and its table."""
     path, folder = write(**DRAWS), tmp_path / "out"
     if not _MADE:
         _MADE.append(tmp_path_factory.mktemp("damage"))
@@ -112,8 +96,7 @@ def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]
     if pattern == "journal.jsonl":
         assert 1 <= outcome.ran <= 2  # two if the byte was the end of a line
     else:
-        assert outcome.ran == (15 if "part" in pattern else 0)
-        assert len(list(folder.glob("damaged-part-*.parquet"))) == ("part" in pattern)
+        assert outcome.ran == 0
     assert hy.study(path, folder, workers=1).ran == 0
 
 
@@ -130,8 +113,8 @@ def test_a_lost_file(pattern: str, damage: str, study: tuple[Path, Path, bytes])
         file.write_bytes(b"" if damage == "emptied" else content[: len(content) // 2])
     outcome = hy.study(path, folder, workers=1)
     assert outcome.table.read_bytes() == whole
-    lost = {"journal.jsonl": 5 if damage == "cut in half" else 9, "part-*.parquet": 15}
-    assert outcome.ran == lost.get(pattern, 0)
+    lost = 12 if damage == "cut in half" else 24
+    assert outcome.ran == (lost if pattern == "journal.jsonl" else 0)
     assert hy.study(path, folder, workers=1).ran == 0
 
 

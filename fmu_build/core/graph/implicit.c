@@ -1,4 +1,4 @@
-/* implicit.c - finds the model of a block with trials, and its output by trials. */
+/* implicit.c - the inverse of a model inside a graph: it varies u until the model has the output that is asked for. */
 #include "core/graph/implicit.h"
 
 #include "core/elementary/root.h"

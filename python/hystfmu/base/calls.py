@@ -7,8 +7,6 @@ If all arguments have correct types, the exception is raised again unchanged. Th
 checked.
 """
 
-from __future__ import annotations
-
 import collections.abc as abc
 import ctypes
 import functools

@@ -1,7 +1,5 @@
 """Exceptions for invalid user input. A message is one line that also states the remedy, e.g. a similar name."""
 
-from __future__ import annotations
-
 import difflib
 import os
 from collections.abc import Iterable, Iterator

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -13,9 +12,9 @@ import click
 
 from hystfmu.base.files import refuse_existing
 from hystfmu.cli.identify import Columns, data_options
-from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
-from hystfmu.cli.signature import of
-from hystfmu.report.terminal import detail, echo, say, tell, verdict, wrong
+from hystfmu.cli.options import Command, json_option
+from hystfmu.cli.signature import FILE, WrittenFolder, of
+from hystfmu.report.terminal import answer, answers_json, detail, echo, say, tell, verdict, wrong
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Result
@@ -26,52 +25,37 @@ _BEGUN = "finished steps are kept; to go on with the others:"
 
 @click.command(cls=Command)
 @click.argument("name", required=False)
-@click.option("--markdown", is_flag=True, hidden=True, help="Print the tables of a page.")
+@of("", markdown=("", {"hidden": True}))
 @json_option
-def blocks(name: str | None, markdown: bool, as_json: bool) -> None:
+def blocks(name: str | None, markdown: bool) -> None:
     """List all blocks, or describe the block NAME.
 
     The description of a block contains ports, parameters, units of measure, equation and literature source.
 
     \b
     Example: hystfmu blocks zhao_tan
+    \f
+
+    Parameters
+    ----------
+    markdown : bool
+        Print the tables of a page.
     """
     from hystfmu.graph import listing
 
-    if name is None:
-        if as_json or markdown:
-            echo(listing.as_json() if as_json else listing.markdown())
-        else:
-            tell(listing.overview())
-    elif as_json:
-        echo(listing.as_json(name))
+    if name is None and markdown:
+        echo(listing.markdown())
     else:
-        tell(listing.details(name))
+        tell(listing.overview() if name is None else listing.details(name))
+    answer(listing.as_json(name))
 
 
 @click.command(cls=Command)
 @click.argument("names", nargs=-1)
-@click.option(
-    "--papers",
-    metavar="DIR",
-    help="Folder with the Python files of the papers. The default is scenarios/papers in a clone of the repository.",
-)
-@click.option("--data", metavar="DIR", help="Folder with the measured data sets of the papers.")
-@click.option(
-    "--full",
-    is_flag=True,
-    help="Run every variant of a paper. For example, shen_ma_2017 fits networks with 1 to 100 neurons in 12 minutes.",
-)
-@click.option(
-    "--report",
-    "folder",
-    type=OUTPUT_FOLDER,
-    metavar="DIR",
-    help="Write one HTML page per paper into this folder. It contains the tables and the diagrams computed by HystFMU.",
-)
+@of("", papers="DIR", data="DIR", full="", report="DIR")
 @json_option
 def reproduce(
-    names: tuple[str, ...], papers: str | None, data: str | None, full: bool, folder: str | None, as_json: bool
+    names: tuple[str, ...], papers: str | None, data: str | None, full: bool, report: WrittenFolder | None
 ) -> None:
     """Reproduce the result tables of the papers.
 
@@ -90,9 +74,20 @@ def reproduce(
 
     \b
     Example: hystfmu reproduce zhao_tan_2008
+    \f
+
+    Parameters
+    ----------
+    papers : str, optional
+        Folder with the Python files of the papers. The default is scenarios/papers in a clone of the repository.
+    data : str, optional
+        Folder with the measured data sets of the papers.
+    full : bool
+        Run every variant of a paper. For example, shen_ma_2017 fits networks with 1 to 100 neurons in 12 minutes.
+    report : str, optional
+        Write one HTML page per paper into this folder. It contains the tables and the diagrams computed by HystFMU.
     """
-    from hystfmu.base.errors import InputError
-    from hystfmu.base.files import write_text
+    from hystfmu.base import InputError, write_text
     from hystfmu.report.terminal import progress
 
     of = _papers(papers)
@@ -103,24 +98,21 @@ def reproduce(
     able = [name for name in names or of.PAPERS if name not in lacking]
     if not able:
         raise InputError("; ".join(lacking.values()))
-    if folder is not None:
-        refuse_existing(*(Path(folder) / f"{name}.html" for name in able))  # every run writes other times into them
+    if report is not None:
+        refuse_existing(*(Path(report) / f"{name}.html" for name in able))  # every run writes other times into them
     for name, why in lacking.items():
         echo(f"skipped {name}: {why}", err=True)
     reports = []
     for name in able:
-        with progress(name) as report:
-            reports.append(of.reproduce(name, data, report, full))
-        if not as_json:
-            say(reports[-1].text() + "\n")
-            missed_rows = [row for row in reports[-1].rows if row.met is False]
-            wrong([f"{name}: {row.quantity}: {row.ours:.4g} misses the target {row.target:.4g}" for row in missed_rows])
-        if folder is not None:
-            write_text(Path(folder) / f"{name}.html", reports[-1].html())
-    if as_json:
-        echo(json.dumps([r.data() for r in reports]))
+        with progress(name) as done:
+            reports.append(of.reproduce(name, data, done, full))
+        say(reports[-1].text() + "\n")
+        missed_rows = [row for row in reports[-1].rows if row.met is False]
+        wrong([f"{name}: {row.quantity}: {row.ours:.4g} misses the target {row.target:.4g}" for row in missed_rows])
+        if report is not None:
+            write_text(Path(report) / f"{name}.html", reports[-1].html())
     missed = any(row.met is False and row.where != "speed" for r in reports for row in r.rows)
-    sys.exit(FAILED if missed or lacking else 0)
+    answer([r.data() for r in reports], not (missed or lacking))
 
 
 def _papers(folder: str | None) -> ModuleType:
@@ -139,11 +131,9 @@ def _papers(folder: str | None) -> ModuleType:
 
 
 @click.command(cls=Command, interrupted=_BEGUN)
-@click.option(
-    "-o", "out", default="demo", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
-)
+@of("", out="-o DIR")
 @of("demo:demo", full="")
-def demo(out: str, full: bool) -> None:
+def demo(out: WrittenFolder = "demo", full: bool = False) -> None:
     """Run the whole workflow on built-in data.
 
     The command fits a model, inverts it, and exports FMUs and a Modelica package. It then simulates a closed loop for
@@ -152,17 +142,21 @@ def demo(out: str, full: bool) -> None:
     \b
     Example: hystfmu demo -o demo
              hystfmu demo --full -o all
+    \f
+
+    Parameters
+    ----------
+    out : str
+        Folder to write into.
     """
     from hystfmu.demo import demo as run_demo
 
-    sys.exit(0 if run_demo(Path(out), full) else FAILED)
+    answer(None, run_demo(Path(out), full))
 
 
 @click.command(cls=Command, interrupted=_BEGUN)
 @click.argument("data", type=FILE, nargs=-1, required=True)
-@click.option(
-    "-o", "out", default="start", show_default=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder to write into."
-)
+@of("", out="-o DIR")
 @of("start.run:start", key="--model KEY")
 @data_options(refused=["covariates"])
 @of("start.run:start", seed="")
@@ -179,20 +173,15 @@ def demo(out: str, full: bool) -> None:
     resonance="HZ[,ZETA]",
     amplifier="NAME=VALUE,...",
 )
-@click.option(
-    "--requirements",
-    metavar="FILE",
-    help="TOML file with requirements. Its keys are the names of the options from --error to --amplifier.",
-)
+@of("", requirements="FILE")
 @json_option
 def start(
     data: tuple[str, ...],
-    out: str,
     key: str,
     columns: Columns,
     seed: int,
     requirements: str | None,
-    as_json: bool,
+    out: WrittenFolder = "start",
     **asked: Any,
 ) -> None:
     """Build a compensated loop from one record of a device.
@@ -210,6 +199,14 @@ def start(
     Example: hystfmu start data.csv -o mine
              hystfmu start stage.csv --time "Zeit [ms]" --error 0.5
              hystfmu start stage.csv --reference triangle:100 --bandwidth 80
+    \f
+
+    Parameters
+    ----------
+    requirements : str, optional
+        TOML file with requirements. Its keys are the names of the options from --error to --amplifier.
+    out : str
+        Folder to write into.
     """
     from hystfmu.base.files import load_toml
     from hystfmu.report.terminal import progress, table
@@ -220,19 +217,17 @@ def start(
     given = load_toml(Path(requirements)) if requirements is not None else {}
     wanted = Requirements.of(given | {k: v for k, v in asked.items() if v not in (None, ())})
     measured = columns.read(data)
-    shown = (lambda line: None) if as_json else say
-    shown(measured.read_as)
+    say(measured.read_as)
     source = [*data, *columns.words()]
-    made = make(measured, Path(out), wanted, key, seed, source, shown, progress)
+    made = make(measured, Path(out), wanted, key, seed, source, say, progress)
     loop = None if isinstance(made.loop, str) else made.loop
     cases = [] if loop is None else [_case(r) for r in loop.results]
-    if as_json:
+    if answers_json():
         told = {name: {"path": str(path), "command": command} for name, (path, command) in made.files.items()}
         limits = [] if loop is None else [vars(v) | {"within": v.within} for v in loop.margins.verdicts]
         facts: dict[str, Any] = {"model": made.model.key, "fit": made.model.fit, "verdict": made.verdict}
         facts["race"] = [] if loop is None else [_contender(c) for c in loop.contenders]
-        echo(json.dumps(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}))
-        sys.exit(0 if made.approved else FAILED)
+        answer(facts | {"cases": cases, "limits": limits, "files": told, "notes": made.notes}, made.approved)
     detail(f"\n{made.model}")
     if loop is not None:
         if loop.race.found:
@@ -255,7 +250,7 @@ def start(
     for what, (path, command) in made.files.items():
         say(f"{what}: {path}\n    {command}")
     verdict(sentence(made.verdict), made.approved)
-    sys.exit(0 if made.approved else FAILED)
+    answer(None, made.approved)
 
 
 def _contender(c: Contender) -> dict[str, Any]:

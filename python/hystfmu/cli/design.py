@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import together
-from hystfmu.cli.options import FAILED, FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.base import InputError, together
+from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.scenarios import found
-from hystfmu.cli.signature import of, structures
-from hystfmu.report.terminal import echo, say, wrong
+from hystfmu.cli.signature import FILE, WrittenFolder, of, structures
+from hystfmu.report.terminal import answer, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.face.scenario import Scenario
+    from hystfmu.redesign.controller import Controller
+    from hystfmu.redesign.repetitive import Repetitive
     from hystfmu.scenario import Results
-
-POSITIVE = click.FloatRange(0, min_open=True)
 
 
 @click.group(short_help="Design a controller for the loop of a scenario.")
@@ -38,28 +35,14 @@ def design() -> None:
 
 @design.command(cls=Command, short_help="Add repetitive control for periodic references.")
 @click.argument("scenario", type=FILE)
-@click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
+@of("", out=("-o DIR", {"required": True}))
 @of("redesign.repetitive:repetitive", period="")
-@click.option(
-    "--frequency", type=POSITIVE, metavar="HZ", help="Frequency of the reference. It is given instead of --period."
-)
+@of("", frequency="HZ")
 @of("redesign.repetitive:repetitive", cutoff="", gain="")
-@click.option(
-    "--off",
-    "percent",
-    type=click.FloatRange(0, 90),
-    metavar="PERCENT",
-    help="Assumed error of the natural frequencies of the plant [default: 20, or less if the loop is unstable for 20].",
-)
+@of("", percent="--off PERCENT")
 @json_option
 def repetitive(
-    scenario: str,
-    out: str,
-    period: float | None,
-    frequency: float | None,
-    percent: float | None,
-    as_json: bool,
-    **how: Any,
+    scenario: str, out: WrittenFolder, period: float | None, frequency: float | None, percent: float | None, **how: Any
 ) -> None:
     """Add repetitive control to a loop.
 
@@ -76,6 +59,16 @@ def repetitive(
     \b
     Example: hystfmu design repetitive mine/loop -o mine/repetitive
              hystfmu design repetitive scenarios/stage/irc -o scan --frequency 100
+    \f
+
+    Parameters
+    ----------
+    out : str
+        Folder of the new scenario.
+    frequency : float in (0, inf), optional
+        Frequency of the reference. It is given instead of --period.
+    percent : float in [0, 90], optional
+        Assumed error of the natural frequencies of the plant [default: 20, or less if the loop is unstable for 20].
     """
     from hystfmu.redesign import repetitive as design_repetitive
     from hystfmu.report.terminal import progress
@@ -92,7 +85,6 @@ def repetitive(
             progress=report,
             **how,
         )
-    broken = _write(made.scenario, into, made.results)
     facts: dict[str, Any] = {
         "off": made.off,
         "period": made.period,
@@ -109,7 +101,7 @@ def repetitive(
         f"{100 * made.off:g} % off",
         f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
     ]
-    _tell(lines, facts, made.before, made.results, broken, into, as_json)
+    _tell(made, lines, facts, into)
 
 
 def _structure(name: str, text: str) -> None:
@@ -136,19 +128,20 @@ def _structure(name: str, text: str) -> None:
         """,
     )
     @click.argument("scenario", type=FILE)
-    @click.option("-o", "out", required=True, type=OUTPUT_FOLDER, metavar="DIR", help="Folder of the new scenario.")
+    @of("", out=("-o DIR", {"required": True}))
     @of("redesign.controller:controller", ms_db="--ms", bandwidth="")
-    @click.option(
-        "--off",
-        "percent",
-        type=click.FloatRange(0, 90),
-        default=5.0,
-        show_default=True,
-        metavar="PERCENT",
-        help="Assumed error of the natural frequencies of the plant, in addition to the variations in the cases.",
-    )
+    @of("", percent="--off PERCENT")
     @json_option
-    def command(scenario: str, out: str, percent: float, as_json: bool, **how: Any) -> None:
+    def command(scenario: str, out: WrittenFolder, percent: float = 5.0, **how: Any) -> None:
+        """Replace the controllers of a loop.
+
+        Parameters
+        ----------
+        out : str
+            Folder of the new scenario.
+        percent : float in [0, 90]
+            Assumed error of the natural frequencies of the plant, in addition to the variations in the cases.
+        """
         from hystfmu.redesign import controller
         from hystfmu.report.terminal import progress
 
@@ -156,7 +149,6 @@ def _structure(name: str, text: str) -> None:
         into = _folder(out, source)
         with progress("designing") as report:
             made = controller(source, name, off=percent / 100, progress=report, **how)
-        broken = _write(made.scenario, into, made.results)
         facts: dict[str, Any] = {
             "structure": name,
             "gains": made.gains,
@@ -173,39 +165,31 @@ def _structure(name: str, text: str) -> None:
             f"{made.tuned.worst}",
             str(made.margins),
         ]
-        _tell(lines, facts, made.before, made.results, broken, into, as_json)
+        _tell(made, lines, facts, into)
 
 
 for _name, _text in structures().items():
     _structure(_name, _text)
 
 
-def _tell(
-    lines: list[str],
-    facts: dict[str, Any],
-    before: dict[str, float],
-    results: Results,
-    broken: list[str],
-    into: Path,
-    as_json: bool,
-) -> None:
-    """Print the design and the results of the cases, and exit with status 0 if all limits are met, otherwise 1."""
+def _tell(made: Repetitive | Controller, lines: list[str], facts: dict[str, Any], into: Path) -> NoReturn:
+    """Write the new scenario, print the design and the results of the cases, and end the command.
+
+    The exit status is 0 if all limits are met, otherwise 1.
+    """
     from hystfmu.report.terminal import table
 
+    results, broken = made.results, _write(made.scenario, into, made.results)
     passed = results.passed and not broken
-    if as_json:
-        cases = [_facts(r, before[r.case]) for r in results]
-        echo(json.dumps(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}))
-    else:
-        say("\n".join(lines) + "\n")
-        rows = [list(_facts(r, before[r.case]).values()) for r in results]
-        head = ["case", "metric", "before", "after", "asked", "verdict"]
-        say(table(head, [[v if isinstance(v, str) else _number(v) for v in row] for row in rows]))
-        for line in broken:
-            say(line)
-        wrong([*(line for r in results for line in r.failures()), *broken])
-        say(f"wrote {into}: hystfmu run {into}; hystfmu margins {into}")
-    sys.exit(0 if passed else FAILED)
+    cases = [_facts(r, made.before[r.case]) for r in results]
+    say("\n".join(lines) + "\n")
+    head = ["case", "metric", "before", "after", "asked", "verdict"]
+    say(table(head, [[v if isinstance(v, str) else _number(v) for v in case.values()] for case in cases]))
+    for line in broken:
+        say(line)
+    wrong([*(line for r in results for line in r.failures()), *broken])
+    say(f"wrote {into}: hystfmu run {into}; hystfmu margins {into}")
+    answer(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}, passed)
 
 
 def _folder(out: str, source: Path) -> Path:

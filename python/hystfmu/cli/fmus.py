@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -12,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base.errors import InputError
-from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, json_option
+from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.scenarios import RUN, found
-from hystfmu.cli.signature import assignments, of
-from hystfmu.report.terminal import VERBOSE, echo, level, say
+from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, WrittenFile, WrittenFolder, of
+from hystfmu.report.terminal import VERBOSE, answer, echo, level, say
 
 if TYPE_CHECKING:
     import hystfmu as hy
@@ -39,41 +37,25 @@ _EXPORT, _RUN_FMU = "face.model:Model.export", "scenario.run_fmu:run_fmu"
     folder=("--modelica DIR", {"type": OUTPUT_FOLDER, "help": "Write a Modelica package into this folder."}),
     sheet="",
 )
-@click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="NAME=VALUE",
-    callback=lambda context, option, given: assignments(given),
-    help="Size or parameter value of BLOCK. Repeatable.",
-)
-@click.option(
-    "--step", type=float, metavar="SECONDS", help="Sample period of BLOCK, or of a model that has no sample period."
-)
-@click.option(
-    "--in-range",
-    is_flag=True,
-    help="Add the output in_range. It is 1 if the input lies in the input range of the training rows, else 0.",
-)
-@click.option("--controller", is_flag=True, help="Export the controller of SCENARIO without the plant.")
-@click.option("--case", metavar="NAME", help="Case of SCENARIO to export [default: the first case].")
-@click.option(
-    "--c",
-    "target",
-    type=OUTPUT_FOLDER,
-    metavar="DIR",
-    help="Write the controller as C source without FMI into this folder.",
+@of(
+    "",
+    settings=("--set", {"help": "Size or parameter value of BLOCK. Repeatable."}),
+    step="SECONDS",
+    in_range="",
+    controller="",
+    case="NAME",
+    target="--c DIR",
 )
 def export(
     model: str,
     folder: str | None,
     sheet: dict[str, Any],
-    settings: dict[str, Any],
+    settings: Mapping[str, Any],
     step: float | None,
     in_range: bool,
     controller: bool,
     case: str | None,
-    target: str | None,
+    target: WrittenFolder | None,
     **how: Any,
 ) -> None:
     """Export a model, a block, or the controller of a loop.
@@ -102,17 +84,27 @@ def export(
              hystfmu export piezo.model.toml --modelica . --sheet stroke=38e-6
              hystfmu export delay --set n=3 --step 1e-4 -o delay.fmu
              hystfmu export scenarios/pid --controller -o c.fmu
+    \f
+
+    Parameters
+    ----------
+    settings : mapping
+        Size or parameter value of BLOCK.
+    step : float, optional
+        Sample period of BLOCK, or of a model that has no sample period.
+    in_range : bool
+        Add the output in_range. It is 1 if the input lies in the input range of the training rows, else 0.
+    controller : bool
+        Export the controller of SCENARIO without the plant.
+    case : str, optional
+        Case of SCENARIO to export [default: the first case].
+    target : str, optional
+        Write the controller as C source without FMI into this folder.
     """
     import hystfmu as hy
 
     if controller:
-        others = {
-            "--modelica": folder,
-            "--set": settings,
-            "--step": step,
-            "--in-range": in_range,
-            "--sheet": sheet,
-        }
+        others = {"--modelica": folder, "--set": settings, "--step": step, "--in-range": in_range, "--sheet": sheet}
         if wrong := [option for option, value in others.items() if value]:
             raise InputError(f"--controller takes a scenario and -o X.fmu. Got {wrong[0]} as well.")
         _controller(model, case, target, how)
@@ -177,9 +169,10 @@ def _wrote(path: Path, how: Mapping[str, Any]) -> None:
 
 def _controller(scenario: str, case: str | None, target: str | None, how: Mapping[str, Any]) -> None:
     """Write the controller of a case, and print the units that it contains."""
+    from hystfmu.fmu.write.export import export_fmu
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Cases
-    from hystfmu.scenario.deploy import write_controller, write_target
+    from hystfmu.scenario.deploy import controller, write_target
 
     if how["path"] is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
@@ -188,9 +181,8 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
         files, made = write_target(chosen, target, how["name"])
         say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
     if how["path"] is not None:
-        written = write_controller(chosen, **how)
-        made = written.controller
-        _wrote(written.path, how)
+        made = controller(chosen)
+        _wrote(export_fmu(made.model, **how), how)
     say(f"in it: {', '.join(made.units)}; left out: {', '.join(made.left_out)}")
     ports = [p for p in made.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]
@@ -198,7 +190,7 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
     say(f"one step for each sample, every {made.model.step:g} s")
 
 
-def _block(name: str, values: dict[str, Any]) -> Block:
+def _block(name: str, values: Mapping[str, Any]) -> Block:
     """Return the block `name` with the given sizes and parameter values."""
     import hystfmu as hy
     from hystfmu.graph.node import block_type
@@ -209,21 +201,17 @@ def _block(name: str, values: dict[str, Any]) -> Block:
 
 @click.command(cls=Command)
 @click.argument("scenario", type=FILE)
-@click.option(
-    "-o", "--out", required=True, type=OUTPUT_FILE, metavar="X.ssp|X.fmu", help="SSP archive or FMU to write."
-)
-@click.option("--case", "name", metavar="NAME", help="Case of the scenario to export [default: the first case].")
+@of("", out=("-o --out X.ssp|X.fmu", {"required": True}), name="--case NAME")
 @of("scenario.ssp.write:write_ssp", version="--ssp", fmi="", system_connectors="--connectors", separate="")
-@click.option(
-    "--tolerance",
-    type=click.FloatRange(min=0),
-    default=0.1,
-    show_default=True,
-    metavar="PERCENT",
-    help="Largest accepted difference between archive and scenario, relative to the span of each recorded output.",
-)
+@of("", tolerance="PERCENT")
 def ssp(
-    scenario: str, out: str, name: str | None, fmi: Literal[2, 3], version: Any, tolerance: float, **how: Any
+    scenario: str,
+    out: WrittenFile,
+    name: str | None,
+    fmi: Literal[2, 3],
+    version: Any,
+    tolerance: float = 0.1,
+    **how: Any,
 ) -> None:
     """Export a scenario as an SSP archive or one FMU.
 
@@ -240,6 +228,16 @@ def ssp(
 
     \b
     Example: hystfmu ssp scenarios/pid --case sine_10 -o pid.ssp
+    \f
+
+    Parameters
+    ----------
+    out : str
+        SSP archive or FMU to write.
+    name : str, optional
+        Case of the scenario to export [default: the first case].
+    tolerance : float in [0, inf)
+        Largest accepted difference between archive and scenario, relative to the span of each recorded output.
     """
     from hystfmu.scenario import Cases
     from hystfmu.scenario.ssp.write import write_loop, write_ssp
@@ -262,7 +260,7 @@ def ssp(
             f"{out}: does not reproduce the scenario within {tolerance:g} % of the span: {', '.join(worse)};"
             " the file is kept, for a master that couples better"
         )
-        sys.exit(FAILED)
+        answer(None, False)
 
 
 class _Of(click.Option):
@@ -311,7 +309,6 @@ def simulate(
     context: click.Context,
     /,
     file: str,
-    as_json: bool,
     given: str | None,
     engine: Literal["fmpy", "native"],
     coupling: Literal["gauss_seidel", "jacobi", "iterative"] | None,
@@ -344,27 +341,21 @@ def simulate(
         from hystfmu.scenario.run_fmu import run_fmu
 
         done = run_fmu(file, given, **how)
-        if as_json:
-            echo(json.dumps(done.summary()))
-        else:
-            say("\n".join(done.lines()))
-        return
+        say("\n".join(done.lines()))
+        answer(done.summary())
     from hystfmu.scenario.ssp.read import run_ssp
 
     with progress("simulating") as report:
         ran = run_ssp(file, engine, coupling, progress=report, **how)
-    if as_json:
-        echo(json.dumps(ran.summary()))
-    else:
-        (say if ran.passed else echo)("\n".join(ran.lines()))
-    sys.exit(0 if ran.passed else FAILED)
+    (say if ran.passed else echo)("\n".join(ran.lines()))
+    answer(ran.summary(), ran.passed)
 
 
 @click.command(cls=Command)
 @click.argument("fmu", type=FILE)
 @of("fmu.check.check:validate", seconds="", confined="")
 @json_option
-def validate(fmu: str, as_json: bool, **how: Any) -> None:
+def validate(fmu: str, **how: Any) -> None:
     """Check an FMU of any origin, of FMI 1.0, 2.0 or 3.0.
 
     The command checks the zip archive, applies the static checks of fmpy and fmutool, and runs the FMU in a child
@@ -382,17 +373,10 @@ def validate(fmu: str, as_json: bool, **how: Any) -> None:
 
     with progress("checking") as report:
         problems = hy.validate(fmu, progress=report, **how)
-    if as_json:
-        checks = [asdict(c) for c in problems.checks]
-        echo(json.dumps({"file": fmu, "problems": problems, "checks": checks}))
-    else:
-        timed = level() == VERBOSE
-        rows = [
-            [c.name, c.tried or "does not apply", c.problems, *[f"{c.seconds:.2f}"] * timed] for c in problems.checks
-        ]
-        say(table(["check", "tried", "problems", *["seconds"] * timed], rows) + "\n")
-        for p in problems:
-            echo(p)
-        n = len(problems.checks)
-        say(f"{fmu}: {len(problems)} problem{'' if len(problems) == 1 else 's'} in {n} check{'' if n == 1 else 's'}")
-    sys.exit(FAILED if problems else 0)
+    timed, n = level() == VERBOSE, len(problems.checks)
+    rows = [[c.name, c.tried or "does not apply", c.problems, *[f"{c.seconds:.2f}"] * timed] for c in problems.checks]
+    say(table(["check", "tried", "problems", *["seconds"] * timed], rows) + "\n")
+    for p in problems:
+        echo(p)
+    say(f"{fmu}: {len(problems)} problem{'' if len(problems) == 1 else 's'} in {n} check{'' if n == 1 else 's'}")
+    answer({"file": fmu, "problems": problems, "checks": [asdict(c) for c in problems.checks]}, not problems)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import may_replace, refusal, together
-from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, json_option
-from hystfmu.cli.signature import of
-from hystfmu.report.terminal import detail, echo, say, tell
+from hystfmu.base import InputError, may_replace, refusal, together
+from hystfmu.cli.options import Command, json_option
+from hystfmu.cli.signature import FILE, WrittenFile, WrittenFolder, of
+from hystfmu.report.terminal import answer, answers_json, detail, echo, say, tell
 
 if TYPE_CHECKING:
     import hystfmu as hy
+    from hystfmu.face.interval import Part
 
 _READ = "data.reader.reading:read"
 RESAMPLE = (
@@ -134,41 +132,21 @@ def _list_models(context: click.Context, option: click.Parameter, asked: bool) -
     help="List all kinds of model and their options, and exit.",
 )
 @of("face.fit:fit", key="--model KEY")
-@click.option(
-    "--graph",
-    metavar="G.graph.toml",
-    help="Fit this graph of blocks instead of a kind of model. The table [free] of the file names the free parameters.",
-)
+@of("", graph="G.graph.toml")
 @of("face.fit:fit", purpose="--for")
-@click.option(
-    "-o",
-    "out",
-    type=OUTPUT_FILE,
-    metavar="M.model.toml",
-    help="Model file to write. The default is DATA.KIND.model.toml in the current folder.",
-)
+@of("", out="-o M.model.toml")
 @data_options()
 @of("face.fit:fit", options="--set", seed="")
-@click.option(
-    "--report",
-    "folder",
-    type=OUTPUT_FOLDER,
-    metavar="DIR",
-    help=(
-        "Write an HTML page about the fit into this folder. Without -o, the command always writes this page, by "
-        "default into the current folder."
-    ),
-)
+@of("", folder="--report DIR")
 @json_option
 def fit(
     data: tuple[str, ...],
     key: str,
     graph: str | None,
-    out: str | None,
+    out: WrittenFile | None,
     columns: Columns,
     options: dict[str, Any],
-    folder: str | None,
-    as_json: bool,
+    folder: WrittenFolder | None,
     **how: Any,
 ) -> None:
     """Identify a model from measured data.
@@ -186,6 +164,17 @@ def fit(
              hystfmu fit oven.csv --model actuator --covariate "T [degC]"
              hystfmu fit piezo.csv --graph my.graph.toml -o my.model.toml
              hystfmu fit --models
+    \f
+
+    Parameters
+    ----------
+    graph : str, optional
+        Fit this graph of blocks instead of a kind of model. The table [free] of the file names the free parameters.
+    out : str, optional
+        Model file to write. The default is DATA.KIND.model.toml in the current folder.
+    folder : str, optional
+        Write an HTML page about the fit into this folder. Without -o, the command always writes this page, by
+        default into the current folder.
     """
     import hystfmu as hy
     from hystfmu.face.interval import free_run, interval_text, known, parts, table_of, with_interval
@@ -199,8 +188,7 @@ def fit(
             raise InputError(f"--graph and --model exclude each other. Got {graph} and {key}.")
         key = "graph"
     measured = columns.read(data)
-    if not as_json:
-        say(measured.read_as)
+    say(measured.read_as)
     if out is not None or key != "auto":
         _refuse_other(out or f"{measured.stem}.{key}.model.toml", measured, key, how["seed"])
     with progress(f"fitting {key}") as report:
@@ -216,11 +204,9 @@ def fit(
     f = model.fit
     y = free_run(model, measured)
     found = parts(y, measured, True)
-    if as_json:
-        told = [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
+    if answers_json():
         more = {"page": str(page)} if page else {}
-        echo(json.dumps({"model": model.key, "file": out, **f, "errors": told, **more}))
-        return
+        answer({"model": model.key, "file": out, **f, "errors": _told(found), **more})
     if key == "auto":
         p = model.provenance
         rated = [
@@ -257,6 +243,11 @@ def fit(
     say(f"wrote {out}" + ("" if page is None else f" and {page}"))
 
 
+def _told(found: Sequence[Part]) -> list[dict[str, Any]]:
+    """Return the errors on parts of the rows, with the keys of the JSON output."""
+    return [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
+
+
 def _refuse_other(path: str, data: hy.Dataset, key: str, seed: int) -> None:
     """Raise an error if the model file exists and contains a model of other data or of another kind."""
     from hystfmu.base.files import load_toml
@@ -281,17 +272,10 @@ def _range(errors: Sequence[float]) -> str:
 @click.command(cls=Command)
 @click.argument("model", type=FILE)
 @click.argument("data", type=FILE)
-@click.option(
-    "-o",
-    "out",
-    required=True,
-    type=OUTPUT_FILE,
-    metavar="OUT.csv",
-    help="CSV file to write. Its columns are t, u, y and the covariates.",
-)
+@of("", out=("-o OUT.csv", {"required": True}))
 @data_options("train")
 @json_option
-def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) -> None:
+def predict(model: str, data: str, out: WrittenFile, columns: Columns) -> None:
     """Simulate a model on the input column of a file.
 
     The simulation does not use measured outputs. If the file contains a measured output, the command prints the error
@@ -303,6 +287,12 @@ def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) ->
 
     \b
     Example: hystfmu predict piezo.model.toml piezo.csv -o predicted.csv
+    \f
+
+    Parameters
+    ----------
+    out : str
+        CSV file to write. Its columns are t, u, y and the covariates.
     """
     import hystfmu as hy
     from hystfmu.face.interval import free_run, parts, table_of
@@ -326,15 +316,13 @@ def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) ->
             err=True,
         )
     found = parts(y, measured, False) if measured.has_output else []
-    if as_json:
-        told = {"errors": [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]}
-        echo(json.dumps({"file": out, "rows": len(y), "clamped_percent": share, **(told if found else {})}))
-        return
     say(measured.read_as)
     if found:
         shown = table_of(found, measured.unit_y)
         say(table(shown.head, shown.rows))
     say(f"wrote {out}: {len(y)} rows")
+    told = {"errors": _told(found)} if found else {}
+    answer({"file": out, "rows": len(y), "clamped_percent": share, **told})
 
 
 @click.command(cls=Command)
@@ -343,7 +331,7 @@ def predict(model: str, data: str, out: str, columns: Columns, as_json: bool) ->
 @data_options("train")
 @of("face.model:Model.check", factor="")
 @json_option
-def check(model: str, data: str, columns: Columns, factor: float, as_json: bool) -> None:
+def check(model: str, data: str, columns: Columns, factor: float) -> None:
     """Test with a new record whether a device has drifted.
 
     The command simulates the model with the input in DATA, without the measured output. It compares the error of the
@@ -360,23 +348,20 @@ def check(model: str, data: str, columns: Columns, factor: float, as_json: bool)
 
     measured = columns.read(data)
     found = hy.Model.load(model).check(measured, factor)
-    if as_json:
-        echo(json.dumps(asdict(found)))
-    else:
-        say(measured.read_as)
-        unit = f" ({measured.unit_y})" if measured.unit_y else ""
-        rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]
-        say(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
-        say(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
-        echo(str(found)) if found.drifted else say(str(found))
-    sys.exit(FAILED if found.drifted else 0)
+    say(measured.read_as)
+    unit = f" ({measured.unit_y})" if measured.unit_y else ""
+    rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]
+    say(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
+    say(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
+    echo(str(found)) if found.drifted else say(str(found))
+    answer(asdict(found), not found.drifted)
 
 
 @click.command(cls=Command)
 @click.argument("model", type=FILE)
-@click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="INV.model.toml", help="Model file to write.")
+@of("", out=("-o INV.model.toml", {"required": True}))
 @of("face.model:Model.inverse", method="", options="--set", seed="")
-def inverse(model: str, out: str, options: dict[str, Any], **how: Any) -> None:
+def inverse(model: str, out: WrittenFile, options: dict[str, Any], **how: Any) -> None:
     """Compute the inverse of a model.
 
     The input of the inverse is the wanted output of the model. The output of the inverse is the input with which the
@@ -403,6 +388,12 @@ def inverse(model: str, out: str, options: dict[str, Any], **how: Any) -> None:
     Example: hystfmu inverse piezo.model.toml -o inverse.model.toml
              hystfmu inverse piezo.model.toml --method learned -o learned.toml
              hystfmu inverse piezo.model.toml --method adaptive -o adaptive.toml
+    \f
+
+    Parameters
+    ----------
+    out : str
+        Model file to write.
     """
     import hystfmu as hy
     from hystfmu.report.terminal import progress

@@ -1,27 +1,23 @@
 """Parts that all commands share: options, exit status, checks of repeated options, and types of paths."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
-from click.shell_completion import CompletionItem
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import keeping
-from hystfmu.cli.signature import Later
-from hystfmu.report.terminal import NORMAL, QUIET, VERBOSE, level, set_level
+from hystfmu.base import InputError, keeping
+from hystfmu.cli.signature import Later, OutputFile, OutputFolder
+from hystfmu.report.terminal import NORMAL, QUIET, VERBOSE, level, set_json, set_level
 
-if TYPE_CHECKING:
-    _Text = click.ParamType[str]
-else:  # generic from click 8.4 on only
-    _Text = click.ParamType
-
-FAILED, BAD_INPUT = 1, 2
+BAD_INPUT = 2
 INTERRUPTED = 130  # convention of shells for an interrupt: 128 plus the number of the signal
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+
+def _json(context: click.Context, option: click.Parameter, asked: bool) -> None:
+    set_json(context, asked)
+
+
+json_option = click.option("--json", is_flag=True, expose_value=False, callback=_json, help="Print the result as JSON.")
 
 
 def _level(context: click.Context, option: click.Parameter, asked: bool) -> None:
@@ -101,48 +97,3 @@ class Command(click.Command):
             if once and given.count(option) > 1:
                 raise InputError(f"{option.opts[-1]} takes one value. Got it {given.count(option)} times.")
         return super().parse_args(ctx, args)
-
-
-class File(_Text):
-    """Type of a path to read. The shell completes such a path."""
-
-    name = "file"
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return an item that makes the shell complete the path."""
-        return [CompletionItem(incomplete, type="file")]
-
-
-class OutputFolder(File):
-    """Type of a folder into which a command writes files."""
-
-    name = "folder"
-
-
-class OutputFile(File):
-    """Type of a file to write. An invalid path is reported before the command starts its work.
-
-    Parameters
-    ----------
-    folder : bool
-        Whether the folder of the file must exist. If False, the command creates the folder.
-    """
-
-    def __init__(self, folder: bool = True) -> None:
-        self._folder = folder
-
-    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Check the path.
-
-        Raises
-        ------
-        InputError
-            The folder of the file is missing, or the path is read-only, a device, a pipe or a socket.
-        """
-        from hystfmu.base.files import check_target  # brings pydantic, which --help does without
-
-        check_target(value, folder=self._folder)
-        return value
-
-
-FILE, OUTPUT_FILE, OUTPUT_FOLDER = File(), OutputFile(), OutputFolder()

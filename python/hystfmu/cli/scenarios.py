@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.errors import InputError, meant, meant_file
-from hystfmu.base.files import refuse_existing
-from hystfmu.cli.options import FAILED, FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, OutputFile, json_option
-from hystfmu.cli.signature import of
-from hystfmu.report.terminal import VERBOSE, detail, echo, level, say, wrong
+from hystfmu.base import InputError, meant, meant_file, refuse_existing
+from hystfmu.cli.options import Command, json_option
+from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, OutputFile, WrittenFile, of
+from hystfmu.report.terminal import VERBOSE, answer, answers_json, detail, echo, level, say, wrong
 
 if TYPE_CHECKING:
     from hystfmu.scenario import Change
@@ -99,13 +97,7 @@ all_option = click.option(
     out=("-o --out OUT.csv", {"type": OUTPUT_FILE}),
     record="",
 )
-@click.option("--yes", is_flag=True, help="With --record, write the baseline without asking for confirmation.")
-@click.option(
-    "--junit",
-    type=OutputFile(folder=False),
-    metavar="FILE",
-    help="Write the verdicts to this file in the JUnit XML format.",
-)
+@of("", yes="", junit=("FILE", {"type": OutputFile(folder=False)}))
 @of(RUN, report=("DIR", {"type": OUTPUT_FOLDER}))
 @json_option
 def run(
@@ -115,7 +107,6 @@ def run(
     junit: str | None,
     record: bool,
     report: str | None,
-    as_json: bool,
     **how: Any,
 ) -> None:
     """Run scenarios and compare them with limits and baselines.
@@ -129,6 +120,14 @@ def run(
     \b
     Example: hystfmu run scenarios/sliding_mode --report out
              hystfmu run scenarios/pid --case sine_10 -o sine_10.csv
+    \f
+
+    Parameters
+    ----------
+    yes : bool
+        With --record, write the baseline without asking for confirmation.
+    junit : str, optional
+        Write the verdicts to this file in the JUnit XML format.
     """
     if alone := next((s for s in scenarios if s.endswith((".fmu", ".ssp"))), None):
         raise InputError(
@@ -146,7 +145,7 @@ def run(
     refuse_existing(*pages, *([junit] if junit is not None else []))  # every run writes other times into these files
 
     def agreed(told: list[Change]) -> bool:
-        echo(changes(told), err=as_json)
+        echo(changes(told), err=answers_json())
         agrees = yes or not sys.stdin.isatty() or not told or click.confirm("write the new baseline?", err=True)
         echo("the baseline is written" if agrees else "nothing is written", err=True)
         return agrees
@@ -155,13 +154,10 @@ def run(
         results = hy.run(paths, record=record, report=report, progress=done, confirm=agreed, **how)
     if junit is not None:
         write_junit(results, junit)
-    if as_json:
-        echo(json.dumps([r.summary() for r in results]))
-    else:
-        say(verdicts(results))
-        detail(every_metric(results))
-        wrong([line for r in results for line in r.failures()])
-    sys.exit(0 if results.passed else FAILED)
+    say(verdicts(results))
+    detail(every_metric(results))
+    wrong([line for r in results for line in r.failures()])
+    answer([r.summary() for r in results], results.passed)
 
 
 @click.command(cls=Command, interrupted="finished runs are kept; to go on with the others:")
@@ -175,7 +171,7 @@ def run(
     confined="",
 )
 @json_option
-def study(study: str, as_json: bool, **how: Any) -> None:
+def study(study: str, **how: Any) -> None:
     """Run a scenario with many parameter variations.
 
     The command prints the share of variations that meet all limits, with the 95 % confidence interval of this share. It
@@ -197,22 +193,18 @@ def study(study: str, as_json: bool, **how: Any) -> None:
         outcome = hy.study(file, progress=report, **how)
     summary = outcome.summary
     facts = {"rows": len(outcome.rows), "ran": outcome.ran, "failed": len(outcome.failed)}
-    if as_json:
-        answer = summary and {
-            k: v for k, v in vars(summary).items() if k in ("draws", "inside", "unstable", "interval")
-        }
-        files = {"table": str(outcome.table), "report": str(outcome.report)}
-        echo(json.dumps(facts | files | {"seed": outcome.seed, "summary": answer}))
-    else:
-        say(
-            f"{facts['rows']} rows, {facts['ran']} of them computed now ({outcome.seconds:.1f} s), "
-            f"{facts['failed']} failed; seed {outcome.seed}"
-        )
-        if summary is not None:
-            say(spreads(summary, every=level() == VERBOSE))
-        shown = outcome.failed if level() == VERBOSE else outcome.failed[:10]
-        echo("".join(f"row {r['index']} ({r['case']}): {r['status']}: {r['reason']}\n" for r in shown), nl=False)
-        say(f"{outcome.table}\n{outcome.report}")
+    say(
+        f"{facts['rows']} rows, {facts['ran']} of them computed now ({outcome.seconds:.1f} s), "
+        f"{facts['failed']} failed; seed {outcome.seed}"
+    )
+    if summary is not None:
+        say(spreads(summary, every=level() == VERBOSE))
+    shown = outcome.failed if level() == VERBOSE else outcome.failed[:10]
+    echo("".join(f"row {r['index']} ({r['case']}): {r['status']}: {r['reason']}\n" for r in shown), nl=False)
+    say(f"{outcome.table}\n{outcome.report}")
+    share = summary and {k: getattr(summary, k) for k in ("draws", "inside", "unstable", "interval")}
+    files = {"table": str(outcome.table), "report": str(outcome.report)}
+    answer(facts | files | {"seed": outcome.seed, "summary": share})
 
 
 @click.command(cls=Command)
@@ -220,7 +212,7 @@ def study(study: str, as_json: bool, **how: Any) -> None:
 @all_option
 @of("scenario.loop.table:margin_table", case="NAME", at="UNIT.OUTPUT", delays="")
 @json_option
-def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json: bool, **how: Any) -> None:
+def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, **how: Any) -> None:
     """Compute the margins of loops and check their limits.
 
     For each case, the command opens the loop at the input of the plant and linearises it. The models of controllers,
@@ -243,20 +235,17 @@ def margins(scenarios: tuple[str, ...], all_of_them: bool, delays: bool, as_json
     delays = delays or level() == VERBOSE
     with progress("margins") as report:
         table = margin_table(paths, progress=report, delays=delays, **how)
-    if as_json:
-        echo(json.dumps(table.summary()))
-    else:
-        say(table.text(delays))
-        wrong(table.broken())
-    sys.exit(0 if table.rows and not table.broken() else FAILED)
+    say(table.text(delays))
+    wrong(table.broken())
+    answer(table.summary(), bool(table.rows) and not table.broken())
 
 
 @click.command(cls=Command)
 @click.argument("before", type=FILE, metavar="A")
 @click.argument("after", type=FILE, metavar="B")
-@click.option("-o", "out", required=True, type=OUTPUT_FILE, metavar="DIFF.html", help="HTML page to write.")
+@of("", out=("-o DIFF.html", {"required": True}))
 @json_option
-def compare(before: str, after: str, out: str, as_json: bool) -> None:
+def compare(before: str, after: str, out: WrittenFile) -> None:
     """Compare two reports of 'hystfmu run' or 'hystfmu study'.
 
     A is the old report and B is the new report. Each of them is a file report.json, or the folder that contains this
@@ -267,6 +256,12 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 
     \b
     Example: hystfmu compare main branch -o diff.html
+    \f
+
+    Parameters
+    ----------
+    out : str
+        HTML page to write.
     """
     from hystfmu.scenario.report.compare import compare_reports
     from hystfmu.scenario.report.terminal import changes
@@ -275,8 +270,6 @@ def compare(before: str, after: str, out: str, as_json: bool) -> None:
 
     of_studies = is_study(before) or is_study(after)
     changed = (compare_studies if of_studies else compare_reports)(before, after, out)
-    if as_json:
-        echo(json.dumps([vars(c) | {"relative": c.relative} for c in changed]))
-    else:
-        say(changes(changed, "the two reports are the same"))
-        say(f"wrote {out}")
+    say(changes(changed, "the two reports are the same"))
+    say(f"wrote {out}")
+    answer([vars(c) | {"relative": c.relative} for c in changed])

@@ -10,12 +10,12 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.shell_completion import CompletionItem
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.errors import InputError
+from hystfmu.base import PACKAGE, InputError
 
 MOST_BYTES = 2**20  # of a file of settings
 _UNITS = {"s": "SECONDS", "Hz": "HZ", "dB": "DB", "%": "PERCENT"}  # of measure, in a text, and metavars
@@ -23,6 +23,61 @@ _NUMBERS = {"int": int, "float": float}
 _END = {"(": True, ")": True, "[": False, "]": False}  # whether an end of a range is open
 _RANGE = re.compile(r" in ([(\[])([^,]+), ([^)\]]+)([)\]])")
 _ENTRY = re.compile(r"^(\*{0,2}\w[\w, *]*?)(?: : (.*))?$")
+
+if TYPE_CHECKING:
+    _Text = click.ParamType[str]
+else:  # generic from click 8.4 on only
+    _Text = click.ParamType
+
+
+class File(_Text):
+    """Type of a path to read. The shell completes such a path."""
+
+    name = "file"
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return an item that makes the shell complete the path."""
+        return [CompletionItem(incomplete, type="file")]
+
+
+class OutputFolder(File):
+    """Type of a folder into which a command writes files."""
+
+    name = "folder"
+
+
+class OutputFile(File):
+    """Type of a file to write. An invalid path is reported before the command starts its work.
+
+    Parameters
+    ----------
+    folder : bool
+        Whether the folder of the file must exist. If False, the command creates the folder.
+    """
+
+    def __init__(self, folder: bool = True) -> None:
+        self._folder = folder
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Check the path.
+
+        Raises
+        ------
+        InputError
+            The folder of the file is missing, or the path is read-only, a device, a pipe or a socket.
+        """
+        from hystfmu.base.files import check_target  # brings pydantic, which --help does without
+
+        check_target(value, folder=self._folder)
+        return value
+
+
+FILE, OUTPUT_FILE, OUTPUT_FOLDER = File(), OutputFile(), OutputFolder()
+WrittenFile = str
+WrittenFolder = str
+PATHS: dict[str, _Text] = {"WrittenFile": OUTPUT_FILE, "WrittenFolder": OUTPUT_FOLDER}
+"""Types of the paths that a command has as own arguments, by their annotations."""
+
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
@@ -56,6 +111,8 @@ class Argument:
         metavar = " ".join(w for w in words.split() if not w.startswith("-")) or None
         text = re.sub(r"`([\w.]+)`", lambda m: spelled.get(m[1], m[1]), self.text.replace("``", "")).replace("`", "")
         made: dict[str, Any] = {"metavar": metavar, "default": self.default}
+        if path := next((PATHS[leaf] for leaf in self.leaves if leaf in PATHS), None):
+            made["type"] = path
         number = next((n for n in ("float", "int") if n in self.leaves), None)
         if number and {*self.leaves} <= {"int", "float", "None"}:
             unit = re.search(r"\((\w+|%)\)", text)
@@ -110,7 +167,7 @@ class Signature:
         module, _, name = home.partition(":")
         tree = _tree(module)
         node: Any = tree
-        for part in name.split("."):
+        for part in name.replace(".<locals>", "").split("."):
             node = next(n for n in node.body if getattr(n, "name", "") == part)
         texts = _texts(inspect.cleandoc(ast.get_docstring(node) or ""))
         given: list[tuple[str, ast.expr | None, ast.expr | None]] = []
@@ -175,7 +232,7 @@ def _leaves(hint: ast.expr | None, module: str) -> list[str | tuple[Any, ...]]:
         return [hint.value.id]
     if not isinstance(hint, ast.Name):
         return ["None"]
-    meant = _names(module).get(hint.id)
+    meant = None if hint.id in PATHS else _names(module).get(hint.id)
     if isinstance(meant, ast.Assign):
         return _leaves(meant.value, module)
     if isinstance(meant, ast.ImportFrom) and meant.module and meant.module.startswith("hystfmu."):
@@ -208,19 +265,24 @@ def of(home: str, **options: str | tuple[str, Mapping[str, Any]]) -> Decorator:
     Parameters
     ----------
     home : str
-        See `Signature`.
+        See `Signature`. If it is empty, the options are own arguments of the command. The docstring of a command
+        describes its own arguments behind a form feed, where click ends the text of the help.
     **options
         Flags and metavar of each option as text, such as ``-o --out OUT.csv``. If the text contains no flag, the name
         of the argument becomes the flag. A pair of this text and a dict adds arguments of `click.Option`.
     """
 
-    def made() -> list[click.Parameter]:
-        arguments = Signature(home).arguments
-        pairs = {name: (given, {}) if isinstance(given, str) else given for name, given in options.items()}
-        flags = {n: next((w for w in words.split() if w.startswith("-")), f"--{n}") for n, (words, _) in pairs.items()}
-        return [arguments[name].option(words, more, flags) for name, (words, more) in pairs.items()]
-
     def decorate(f: Callable[..., Any]) -> Callable[..., Any]:
+        at = home or f"{f.__module__.removeprefix('hystfmu.')}:{f.__qualname__}"
+
+        def made() -> list[click.Parameter]:
+            arguments = Signature(at).arguments
+            pairs = {name: (given, {}) if isinstance(given, str) else given for name, given in options.items()}
+            flags = {
+                n: next((w for w in words.split() if w.startswith("-")), f"--{n}") for n, (words, _) in pairs.items()
+            }
+            return [arguments[name].option(words, more, flags) for name, (words, more) in pairs.items()]
+
         f.__dict__.setdefault("__click_params__", []).append(Later(made))
         return f
 

@@ -8,7 +8,7 @@ import functools
 import itertools
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from hystfmu.base import PACKAGE
@@ -275,11 +275,17 @@ def library() -> C.CDLL:
     return lib
 
 
+def _stated(raw: C.Structure) -> dict[str, Any]:
+    """Return the fields of a C structure by name, with texts as str."""
+    found = ((name, getattr(raw, name)) for name, *_ in raw._fields_)
+    return {name: value.decode() if isinstance(value, bytes) else value for name, value in found}
+
+
 def _var(v: RawVar) -> Var:
-    unit = v.unit.decode()
-    follows = unit.startswith("=")
-    words = v.name.decode(), KINDS[v.kind], v.size.decode(), v.type.decode(), "1" if follows else unit
-    return Var(*words, v.start, v.lo, v.hi, v.text.decode(), v, unit[1:] if follows else "")
+    row = _stated(v)
+    follows = row["unit"].startswith("=")
+    row |= {"unit": "1", "follows": row["unit"][1:]} if follows else {}
+    return Var(**row | {"kind": KINDS[v.kind], "raw": v})
 
 
 @functools.cache
@@ -289,24 +295,9 @@ def block_types() -> dict[str, BlockType]:
     types: dict[str, BlockType] = {}
     for pointer in itertools.takewhile(bool, table):
         b = pointer.contents
-        told = b.told
-        words: dict[str, Any] = {
-            k: (getattr(told, k) or b"").decode() for k in ("text", "equation", "source", "family", "tolerance")
-        }
-        types[b.name.decode()] = BlockType(
-            name=b.name.decode(),
-            **words,
-            rate=RATES[b.rate],
-            inverts=told.inverts.decode() if told.inverts else None,
-            invert_condition=told.invert_condition.decode() if told.invert_condition else None,
-            rule_error=told.rule_error,
-            rule_step=told.rule_step,
-            smooth=told.smooth or 1e-5,
-            hold=(told.hold or b"zoh").decode(),
-            flags=b.flags,
-            trial=b.trial,
-            dims=tuple(Dim(d.name.decode(), d.start, d.lo, d.hi, d.text.decode()) for d in b.dims[: b.n_dims]),
-            vars=tuple(map(_var, b.vars[: b.n_vars])),
-            raw=b,
-        )
+        row = _stated(b.told) | _stated(b)
+        row |= {"rate": RATES[b.rate], "smooth": b.told.smooth or 1e-5, "hold": row["hold"] or "zoh", "raw": b}
+        row["dims"] = tuple(Dim(**_stated(d)) for d in b.dims[: b.n_dims])
+        row["vars"] = tuple(map(_var, b.vars[: b.n_vars]))
+        types[row["name"]] = BlockType(**{f.name: row[f.name] for f in fields(BlockType)})
     return types

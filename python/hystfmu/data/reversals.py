@@ -13,8 +13,6 @@ point. The time error of this row is at most half a step, at a point where u is 
 so the new rate should be near the rate of the data.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -22,8 +20,7 @@ from math import acos, comb, pi
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data.columns import check_increasing, row_of, train_rows
 
 ORDERS = range(2, 9)

@@ -7,14 +7,11 @@ The signals are computed from seeds, without the C core. Values lie in [-1, 1], 
 ['fast decay', 'minor loops', 'nested reversals', 'slow decay', 'two tones']
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
+from hystfmu.base import Array, checked
 
 __all__ = ["decaying_sine", "held_out", "minor_loops", "nested_reversals", "ramps", "training", "two_tones"]
 

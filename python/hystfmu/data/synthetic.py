@@ -9,15 +9,11 @@ by the decimation that its authors used for each of the two official test record
 Dataset('synthetic piezo stack', 12801 rows, step 0.001 s, u in V, y in um)
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, checked
 from hystfmu.data.dataset import Dataset
 from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph, Node

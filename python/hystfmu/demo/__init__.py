@@ -27,6 +27,7 @@ from hystfmu.report.page import Section, Table
 from hystfmu.report.plot import Line, Plot
 from hystfmu.report.terminal import echo, progress, say, table, wrong
 from hystfmu.scenario import run
+from hystfmu.scenario.report.cases import compared
 from hystfmu.scenario.report.page import write_report
 from hystfmu.scenario.report.terminal import verdicts
 from hystfmu.scenario.system.spec import shipped_scenarios
@@ -205,21 +206,8 @@ def _sections(models: list[Model], inverse: Model, rows: list[list[str]], data: 
     reached = {"before: a gain alone": before[: len(wanted)], f"after: the inverse of {models[0].key}": after[late:]}
     errors = [100 * float(np.sqrt(np.mean((v - wanted) ** 2))) / data.span for v in reached.values()]
     shown = slice(0, MOST_SHOWN)
-    plots = [
-        Plot(title, "wanted (um)", "reached (um)", [Line("reached", wanted[shown], v[shown])], points=MOST_POINTS)
-        for title, v in reached.items()
-    ]
-    t = data.t[shown]
-    plots += [
-        Plot(
-            f"error {title}",
-            "time (s)",
-            "error (um)",
-            [Line("reached - wanted", t, (v - wanted)[shown])],
-            envelope=True,
-        )
-        for title, v in reached.items()
-    ]
+    shown_of = {title: (data.t[shown], wanted[shown], v[shown]) for title, v in reached.items()}
+    plots = compared(shown_of, " (um)", MOST_POINTS)
     held_out = [Line(m.key, data.t[shown], (m.predict(data.u, data.h) - data.y)[shown]) for m in models[:3]]
     error = Plot("error on the held-out record", "time (s)", "error (um)", held_out, envelope=True)
     answer = f"The inverse of a model brings the RMS error from {errors[0]:.3g} to {errors[1]:.3g} % of the stroke."

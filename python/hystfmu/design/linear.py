@@ -191,9 +191,9 @@ def linearise(part: Graph | Model, pade: int | None = None) -> tuple[Array, Arra
 
 
 def in_series(f: StateSpace, g: StateSpace) -> StateSpace:
-    """Return the series connection f g, in which the signal passes through g first."""
-    A = np.block([[f[0], f[1] @ g[2]], [np.zeros((len(g[0]), len(f[0]))), g[0]]])
-    return A, np.vstack([f[1] @ g[3], g[1]]), np.hstack([f[2], f[3] @ g[2]]), f[3] @ g[3]
+    """Return the series connection f g: the signal and the states pass through g first."""
+    A = np.block([[g[0], np.zeros((len(g[0]), len(f[0])))], [f[1] @ g[2], f[0]]])
+    return A, np.vstack([g[1], f[1] @ g[3]]), np.hstack([f[3] @ g[2], f[2]]), f[3] @ g[3]
 
 
 def python_control() -> Any:

@@ -28,7 +28,7 @@ import numpy as np
 
 from hystfmu.base.errors import InputError
 from hystfmu.design.delays import StateSpace
-from hystfmu.design.linear import python_control
+from hystfmu.design.linear import in_series, python_control
 from hystfmu.design.plants import Complex, Plant
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.recursion import discretised
@@ -186,19 +186,7 @@ def _shaped(plant: Plant, delay: float, weight: float, zero: float) -> StateSpac
     T = delay  # second-order Pade: (1 - sT/2 + s^2 T^2/12) / (1 + sT/2 + s^2 T^2/12)
     late = np.array([[0.0, 1.0], [-12 / T**2, -6 / T]]), np.array([[0.0], [1.0]]), np.array([[0.0, -12 / T]]), np.eye(1)
     integral = np.zeros((1, 1)), np.eye(1), np.array([[weight]]), np.array([[weight * zero]])
-    return _series(_series(integral, late), G)
-
-
-def _series(first: StateSpace, then: StateSpace) -> StateSpace:
-    A, B, C, D = first
-    F, G, H, K = then
-    top = np.hstack([A, np.zeros((len(A), len(F)))])
-    return (
-        np.vstack([top, np.hstack([G @ C, F])]),
-        np.vstack([B, G @ D]),
-        np.hstack([K @ C, H]),
-        K @ D,
-    )
+    return in_series(G, in_series(late, integral))
 
 
 def _zeros(A: Any, B: Any, C: Any, D: Any) -> Any:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError, checked
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model
 from hystfmu.model import run_along
@@ -142,8 +141,9 @@ def evidence_of(model: Model, data: Dataset) -> Evidence:
 
     parts = split(model)
     graph = model.graph if parts is None else parts.front.graph
-    # lags of creep pass the input at once, so that they count as static
-    static = all(n.block.rate in ("function", "hysteretic") or n.block.name == "creep" for n in graph.nodes)
+    # lags of creep, an operator, pass the input at once, so that they count as static
+    rates = ("function", "hysteretic")
+    static = all(n.block.rate in rates or n.block.family == "operators" for n in graph.nodes)
     return evidence(data, run_along(graph, data) if static else None)
 
 

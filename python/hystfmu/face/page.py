@@ -1,15 +1,11 @@
 """Tables of a model for terminal and notebook, and the HTML page about a fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape, with_unit
+from hystfmu.base import Array, InputError, escape, with_unit
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.face.interval import free_run, interval_text, known, parts, table_of

@@ -3,8 +3,6 @@
 The functions are imported on first use, because the child process of `validate` needs neither of them.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 

@@ -1,7 +1,5 @@
 """Graphs of blocks: nodes, wires, ports, order of evaluation, dependencies of outputs, block files, TOML tables."""
 
-from __future__ import annotations
-
 from hystfmu.graph.graph import Graph
 from hystfmu.graph.node import ContinuousState, Input, Node, Output, Port, Value
 

@@ -6,14 +6,11 @@
 [0.0, 1.59, 0.94]
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numpy.typing import ArrayLike
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
+from hystfmu.base import Array, checked
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph.graph import Graph
 from hystfmu.graph.node import Node, shown

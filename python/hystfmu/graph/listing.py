@@ -1,7 +1,5 @@
 """Descriptions of the blocks from the C tables: text, JSON, documentation tables, and the type stub `blocks.pyi`."""
 
-from __future__ import annotations
-
 import json
 import re
 from typing import Any

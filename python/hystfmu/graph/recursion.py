@@ -1,7 +1,5 @@
 """Linear filters, e.g. transfer functions, that the C core applies to many columns at once. Fits use them."""
 
-from __future__ import annotations
-
 import ctypes as C
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,8 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.core.library import library
 from hystfmu.graph.node import Node
 

@@ -1,7 +1,5 @@
 """B-splines of the block ``duhem``. Fits and Modelica exports use them."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.interpolate import BSpline
 

@@ -1,7 +1,5 @@
 """Conversion of a graph to TOML tables and back. Model files and scenarios contain these tables."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import pydantic

@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, escape
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
 from hystfmu.modelica.classes import DEPTH, lacks
 from hystfmu.modelica.layout import placed, spots
-from hystfmu.modelica.literals import number, sentence, string
+from hystfmu.modelica.literals import class_text, link, number, string
 from hystfmu.modelica.ports import names, rate_declarations
 from hystfmu.modelica.realisation import (
     CONTINUOUS,
@@ -66,11 +65,8 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     tied = kind == SAMPLED and any(classes.is_tied(n) for n in graph.nodes)
     rates = {n.name: r for n in nodes if kind != SAMPLED and takes_rate(class_in(n, kind)) and (r := rate_of(graph, n))}
     text = model.text or model.key
-    lines = [
-        f"within {within};",
-        f"block {name} {sentence(text if kind == SAMPLED else f'{text}: {CONTINUOUS[kind]}')}",
-        f"  extends Ports{'(final usesRate = true)' if rates else ''};",
-    ]
+    text = text if kind == SAMPLED else f"{text}: {CONTINUOUS[kind]}"
+    lines = [f"  extends Ports{'(final usesRate = true)' if rates else ''};"]
     if sampled:
         lines.append("  extends HystFMU.Interfaces.Sampled(Ts = values.Ts);")
     if kind == SAMPLED:
@@ -94,7 +90,7 @@ def block(model: Model, name: str, within: str, w: Wiring, history: str = "", ki
     lines += [w.to_port(o, i) for i, o in enumerate(graph.outputs)]
     lines += w.unconnected(nodes)
     documentation = _documentation(model, sampled, tied, kind, history) + _links(nodes, within, kind) + "</html>"
-    return "\n".join([*lines, f"  annotation (Documentation(info = {string(documentation)}));", f"end {name};\n"])
+    return class_text(f"block {name}", text, lines, string(documentation), within)
 
 
 def rated_ports(graph: Graph) -> list[str]:
@@ -203,5 +199,5 @@ def _documentation(model: Model, sampled: bool, tied: bool, kind: str, history: 
 def _links(nodes: list[Node], within: str, kind: str) -> str:
     """Return links to the Example of the package and to the classes of the components."""
     made_of = {f"{within}.{classes.network_names(n)[1]}" if classes.is_large(n) else class_in(n, kind) for n in nodes}
-    example, *see = (f'<a href="modelica://{c}">{c}</a>' for c in (f"{within}.Example", *sorted(made_of)))
+    example, *see = map(link, (f"{within}.Example", *sorted(made_of)))
     return f"<p><b>Example:</b> {example}.</p><p><b>See also:</b> {', '.join(see)}.</p>"

@@ -3,13 +3,11 @@
 import re
 from pathlib import Path
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import PACKAGE, Array, InputError
 from hystfmu.core.library import BlockType, Var
 from hystfmu.graph import Node
 from hystfmu.modelica.layout import port_placed
-from hystfmu.modelica.literals import array, class_name, string
+from hystfmu.modelica.literals import array, class_name, class_text, information, link, string
 
 
 def library_date() -> str:
@@ -48,8 +46,6 @@ _PACKAGES = {
     "controllers": "Control",
     "sources": "Sources",
 }
-_PLANTS = {"bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator"}
-_LEARNS = {"adaptive_inverse"}  # an inverse that learns from samples has only the sampled realisation
 # each shape of the unit `reference` is a class of Sources: parameters that only this shape has
 SHAPES = {
     "sine": {"frequency", "phase"},
@@ -97,7 +93,8 @@ def package_of(block: BlockType) -> str:
 
     For an operator, the package of the sampled realisation is returned.
     """
-    package = "Plants" if block.name in _PLANTS else _PACKAGES[block.family]
+    is_plant = block.rate == "continuous" and block.tolerance == "integration"
+    package = "Plants" if is_plant else _PACKAGES[block.family]
     return f"{package}.Sampled" if _is_realised(block) else package
 
 
@@ -107,8 +104,12 @@ def is_sampled_class(block: BlockType) -> bool:
 
 
 def _is_realised(block: BlockType) -> bool:
-    """Return whether a block can have several realisations: an operator or inverse with memory that does not learn."""
-    return block.family in ("operators", "inverses") and block.rate != "function" and block.name not in _LEARNS
+    """Return whether a block can have several realisations: an operator or inverse with memory that does not learn.
+
+    A sampled inverse learns if it is not the exact inverse of an operator.
+    """
+    learns = block.rate == "sampled" and not block.inverts
+    return block.family in ("operators", "inverses") and block.rate != "function" and not learns
 
 
 def matrix_rows(v: Var) -> str:
@@ -256,37 +257,33 @@ def network_classes(node: Node, within: str) -> dict[str, str]:
         for k, (v, w) in values(node).items()
     ]
     activation = choices(node)["activation"]
+    source = "<b>Source:</b> trained by hystfmu."
+    computed = [
+        "  extends HystFMU.Icons.Function;",
+        f'  input Real u[{n_in}] "Inputs";',
+        f'  output Real y[{n_out}] "Outputs";',
+        *("protected", *weights, "algorithm"),
+        f"  y := b2 + W2*HystFMU.Functions.activation(b1 + W1*u, {activation});",
+    ]
+    told = information(
+        "<b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.",
+        source,
+        "<b>Limitations:</b> the weights are constants, so that tools need not handle thousands of parameters.",
+    )
+    wired = [
+        "  extends HystFMU.Icons.Block;",
+        f'  HystFMU.Interfaces.RealInput u[{n_in}] "Inputs" annotation ({port_placed(True, 0, 1)});',
+        f'  HystFMU.Interfaces.RealOutput y[{n_out}] "Outputs" annotation ({port_placed(False, 0, 1)});',
+        *("equation", f"  y = {function}(u);"),
+    ]
+    about = information(
+        f"<b>Equation:</b> y = {function}(u).",
+        source,
+        "<b>Limitations:</b> memoryless; the weights cannot be changed.",
+        f"<b>Example:</b> {link(f'{within}.Example')}.",
+        f"<b>See also:</b> {link('HystFMU.Networks.Mlp')}.",
+    )
     return {
-        function: f"""within {within};
-function {function} {string(text)}
-  extends HystFMU.Icons.Function;
-  input Real u[{n_in}] "Inputs";
-  output Real y[{n_out}] "Outputs";
-protected
-{chr(10).join(weights)}
-algorithm
-  y := b2 + W2*HystFMU.Functions.activation(b1 + W1*u, {activation});
-  annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = b2 + W2 f(b1 + W1 u), f the activation.</p>
-<p><b>Source:</b> trained by hystfmu.</p>
-<p><b>Limitations:</b> the weights are constants, so that tools need not handle thousands of parameters.</p>
-</html>"));
-end {function};
-""",
-        block: f"""within {within};
-block {block} {string(text)}
-  extends HystFMU.Icons.Block;
-  HystFMU.Interfaces.RealInput u[{n_in}] "Inputs" annotation ({port_placed(True, 0, 1)});
-  HystFMU.Interfaces.RealOutput y[{n_out}] "Outputs" annotation ({port_placed(False, 0, 1)});
-equation
-  y = {function}(u);
-  annotation (Documentation(info = "<html>
-<p><b>Equation:</b> y = {function}(u).</p>
-<p><b>Source:</b> trained by hystfmu.</p>
-<p><b>Limitations:</b> memoryless; the weights cannot be changed.</p>
-<p><b>Example:</b> <a href=\\"modelica://{within}.Example\\">{within}.Example</a>.</p>
-<p><b>See also:</b> <a href=\\"modelica://HystFMU.Networks.Mlp\\">HystFMU.Networks.Mlp</a>.</p>
-</html>"));
-end {block};
-""",
+        function: class_text(f"function {function}", text, computed, told, within),
+        block: class_text(f"block {block}", text, wired, about, within),
     }

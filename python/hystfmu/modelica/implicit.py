@@ -15,7 +15,7 @@ from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes
 from hystfmu.modelica.classes import matrix_rows, shipped_library
-from hystfmu.modelica.literals import class_name, number, sentence, unique
+from hystfmu.modelica.literals import class_name, class_text, information, number, sentence, unique
 from hystfmu.modelica.record import field
 
 _STATED = re.compile(r"values = (?P<values>.+); state0 = (?P<state0>.+)\.</p>")
@@ -232,26 +232,21 @@ def tried(graph: Graph, inverse: Node, within: str) -> Tried:
     package = package_of(inverse)
     values = _joined([f.values[0] for f in forms if f.values[1]] or ["{0}"])
     state0 = _joined(["{0}", *(f.state0[0] for f in forms)])  # the output before the first input is never used
-    text = f"""within {within};
-package {package} "Blocks between output and trial input of {inverse.name}, as a static model"
-  extends HystFMU.Inverse.BaseClasses.StaticModel;
-
-  redeclare function extends step "State of the model after a new input"
-  protected
-{"".join(f"    {d};{chr(10)}" for d in declared)}  algorithm
-{"".join(f"    {t};{chr(10)}" for t in stated)}    annotation (Documentation(info = "<html>
-<p><b>Equation:</b> {", ".join(f"{n.name}: {n.type}" for n in nodes)}, wired as in the graph.</p>
-<p><b>Source:</b> the equations of the blocks: see the ready block.</p>
-<p><b>Limitations:</b> the sizes are fixed to the sizes of the model file.</p>
-</html>"));
-  end step;
-
-  annotation (Documentation(info = "<html>
-<p>The implicit inverse tries candidates of its output on this model.</p>
-</html>"));
-end {package};
-"""
-    return Tried(package, values, state0, text)
+    told = information(
+        f"<b>Equation:</b> {', '.join(f'{n.name}: {n.type}' for n in nodes)}, wired as in the graph.",
+        "<b>Source:</b> the equations of the blocks: see the ready block.",
+        "<b>Limitations:</b> the sizes are fixed to the sizes of the model file.",
+    )
+    lines = [
+        *("  extends HystFMU.Inverse.BaseClasses.StaticModel;", ""),
+        '  redeclare function extends step "State of the model after a new input"',
+        *("  protected", *(f"    {d};" for d in declared)),
+        *("  algorithm", *(f"    {t};" for t in stated)),
+        *(f"    annotation (Documentation(info = {told}));", "  end step;", ""),
+    ]
+    about = f"Blocks between output and trial input of {inverse.name}, as a static model"
+    info = information("The implicit inverse tries candidates of its output on this model.")
+    return Tried(package, values, state0, class_text(f"package {package}", about, lines, info, within))
 
 
 def _joined(parts: list[str]) -> str:

@@ -40,6 +40,40 @@ def sentence(text: str) -> str:
     return string(text[:1].upper() + text[1:])
 
 
+def information(*paragraphs: str) -> str:
+    """Return paragraphs of HTML as the string literal of ``Documentation(info = ...)``."""
+    body = "\n".join(f"<p>{p}</p>" for p in paragraphs).replace('"', '\\"')
+    return f'"<html>\n{body}\n</html>"'
+
+
+def link(name: str, shown: str = "") -> str:
+    """Return a link of HTML to a class with the full name `name`. The text of the link is `shown`, or this name."""
+    return f'<a href="modelica://{name}">{shown or name}</a>'
+
+
+def class_text(head: str, text: str, lines: Iterable[str], info: str, within: str = "", before: str = "") -> str:
+    """Return the text of the Modelica file of a class, without its first line (the mark of a generated file).
+
+    Parameters
+    ----------
+    head : str
+        Kind and name of the class, such as ``partial block Ports``.
+    text : str
+        Description of the class.
+    lines : iterable of str
+        Lines between the description and the annotation.
+    info : str
+        String literal of the documentation.
+    within : str
+        Package of the class; "" for a package at the top.
+    before : str
+        Annotations before the documentation, such as the experiment of an example.
+    """
+    first = [f"within {within};"] if within else []
+    last = [f"  annotation ({before}Documentation(info = {info}));", f"end {head.split()[-1]};\n"]
+    return "\n".join([*first, f"{head} {sentence(text)}", *lines, *last])
+
+
 def class_name(text: str) -> str:
     """Return a valid class name from any text, for example ``BacklashIdentifiedV2`` from ``backlash_identified.v2``."""
     words = [w for w in re.split(r"[^A-Za-z0-9]+", text) if w]

@@ -1,15 +1,11 @@
 """Package of an identified model on disk, with record, blocks, example and networks. A failed write changes no file."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hystfmu.base import __version__
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import may_replace, own, read_bytes, refusal
+from hystfmu.base import InputError, __version__, escape, may_replace, own, read_bytes, refusal
 from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit
@@ -17,7 +13,7 @@ from hystfmu.modelica.actuator import ACTUATOR, actuator_files
 from hystfmu.modelica.block import block, rated_ports, wiring
 from hystfmu.modelica.classes import library_date, network_classes, network_names
 from hystfmu.modelica.layout import line, placed
-from hystfmu.modelica.literals import NAME, RESERVED, class_name, number, sentence, string, unique
+from hystfmu.modelica.literals import NAME, RESERVED, class_name, class_text, information, link, number, string, unique
 from hystfmu.modelica.measures import per_second, si, to_si
 from hystfmu.modelica.ports import ports_block, rate_name
 from hystfmu.modelica.realisation import CONTINUOUS, kinds, missing
@@ -101,7 +97,7 @@ def export_modelica(
     files["package"] = _package(model, name, source, told)
     listed = "".join(f"{c}\n" for c in files if c != "package")
     first = mark(source)
-    content = {f"{c}.mo": t if is_ours(t) else f"{first}\n{t}" for c, t in files.items()}
+    content = {f"{c}.mo": f"{first}\n{t}" for c, t in files.items()}
     return _write(Path(folder), name, {**content, "package.order": listed})
 
 
@@ -121,8 +117,6 @@ def _realisations(model: Model) -> dict[str, str]:
 
 
 def _package(model: Model, name: str, source: str, told: str) -> str:
-    from hystfmu.base.printable import escape
-
     listed = "".join(f"<li>{k}: {escape(v)}</li>" for k, v in _realisations(model).items())
     info = (
         f"<html><p>A model of kind <em>{escape(model.key)}</em>: {escape(model.text)}.</p>"
@@ -130,16 +124,10 @@ def _package(model: Model, name: str, source: str, told: str) -> str:
         f"<p>It needs the library HystFMU {__version__} on the library path.</p>{told}"
         f"<p><b>Source:</b> {escape(source)}, written by HystFMU {__version__}.</p></html>"
     )
-    return f"""package {name} {sentence(model.text or model.key)}
-  extends HystFMU.Icons.Package;
-  annotation (
-    version = "1.0.0",
-    versionDate = "{library_date()}",
-    preferredView = "info",
-    uses(HystFMU(version = "{__version__}")),
-    Documentation(info = {string(info)}));
-end {name};
-"""
+    dated = f'version = "1.0.0",\n    versionDate = "{library_date()}"'
+    before = f'\n    {dated},\n    preferredView = "info",\n    uses(HystFMU(version = "{__version__}")),\n    '
+    extended = ["  extends HystFMU.Icons.Package;"]
+    return class_text(f"package {name}", model.text or model.key, extended, string(info), before=before)
 
 
 def _write(folder: Path, name: str, files: dict[str, str]) -> Path:
@@ -214,11 +202,7 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
             "decay": frequency / 2,
         }.items()
     )
-    lines = [
-        f"within {within};",
-        f'model {name} "The model on a decaying sine over the range of its data"',
-        "  extends HystFMU.Icons.Example;",
-    ]
+    lines = ["  extends HystFMU.Icons.Example;"]
     if model.graph.inputs:
         lines.append(f"  HystFMU.Sources.DecayingSine signal({signal}) annotation ({placed(-50, 0)});")
     if rated:
@@ -234,16 +218,10 @@ def example(model: Model, name: str, within: str, block_name: str, w: Wiring, ra
     lines += [f"  connect(signal.r, tested.{end}) {drawn};" for end in driven]
     lines += [f"  tested.{end} = {number(value)};" for end, value in held.items()]
     time = f"StopTime = {number((PERIODS * ROWS + 0.5) * h)}, Interval = {number(h)}, Tolerance = 1e-10"
-    return "\n".join(
-        [
-            *lines,
-            f'  annotation (experiment({time}), Documentation(info = "<html>',
-            "<p>The loops become smaller, so that the memory of the identified hysteresis is visible.</p>",
-            f'<p><b>See also:</b> <a href=\\"modelica://{within}.{block_name}\\">{block_name}</a>.</p>',
-            '</html>"));',
-            f"end {name};\n",
-        ]
-    )
+    told = "The loops become smaller, so that the memory of the identified hysteresis is visible."
+    info = information(told, f"<b>See also:</b> {link(f'{within}.{block_name}', block_name)}.")
+    text = "The model on a decaying sine over the range of its data"
+    return class_text(f"model {name}", text, lines, info, within, f"experiment({time}), ")
 
 
 def _inputs(model: Model, w: Wiring) -> tuple[list[str], dict[str, float]]:

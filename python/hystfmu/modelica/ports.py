@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Output
 from hystfmu.modelica.layout import line, on_component, placed, port_placed
-from hystfmu.modelica.literals import NAME, number, sentence, string, unique
+from hystfmu.modelica.literals import NAME, class_text, number, sentence, string, unique
 from hystfmu.modelica.measures import per_second, si, zero
 from hystfmu.modelica.realisation import FACTOR, Rate
 from hystfmu.modelica.record import field
@@ -59,8 +59,6 @@ def ports_block(
     """
     graph, where = wiring.graph, wiring.where
     lines = [
-        f"within {within};",
-        f"partial block Ports {sentence(f'{text}: ports and values')}",
         "  extends HystFMU.Icons.Hysteresis;",
         f'  parameter {record_name} values "Values of the model" '
         f'annotation (Dialog(group = "Parameters"), {placed(*where.corner)});',
@@ -87,7 +85,7 @@ def ports_block(
         lines += ["protected", *constants]
     listed = "".join(f"<li>{k}: {v}</li>" for k, v in info.items())
     told = string(f"<html><p>Ports in SI units and values of the realisations:</p><ul>{listed}</ul></html>")
-    return "\n".join([*lines, f"  annotation (Documentation(info = {told}));", "end Ports;\n"])
+    return class_text("partial block Ports", f"{text}: ports and values", lines, told, within)
 
 
 def _port(kind: str, p: Input | Output, name: str, shape: str, at: str) -> str:

@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, escape
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica import classes
-from hystfmu.modelica.literals import array, number, sentence, string
+from hystfmu.modelica.literals import array, class_text, number, sentence, string
 from hystfmu.modelica.realisation import kinds
 
 
@@ -120,7 +119,7 @@ def step(model: Model) -> float:
 
 
 def record(model: Model, name: str, within: str, source: str, history: str = "") -> str:
-    """Return the text of the Modelica file with the parameter record of a model.
+    """Return the text of the file of the parameter record of a model, without its first line (see `mark`).
 
     Parameters
     ----------
@@ -149,22 +148,12 @@ def record(model: Model, name: str, within: str, source: str, history: str = "")
         raise InputError(f"two values of the Modelica record would have the name {twice[0]!r}; rename a block")
     fit = [f"{k} = {number(model.fit[k])}" for k in ("rms_percent", "max_percent") if k in model.fit]
     about = ", ".join([f"key = {string(model.key)}", f"Ts = {number(step(model))}", *fit])
-    return "\n".join(
-        [
-            mark(source),
-            f"within {within};",
-            f"record {name} {sentence(model.text or model.key)}",
-            f"  extends HystFMU.Data.IdentifiedModel({about});",
-            *lines,
-            "  annotation (Documentation(info = " + string(_documentation(model, source, history)) + "));",
-            f"end {name};\n",
-        ]
-    )
+    lines.insert(0, f"  extends HystFMU.Data.IdentifiedModel({about});")
+    info = string(_documentation(model, source, history))
+    return class_text(f"record {name}", model.text or model.key, lines, info, within)
 
 
 def _documentation(model: Model, source: str, history: str) -> str:
-    from hystfmu.base.printable import escape
-
     return (
         f"<html><p>Values of a model of kind <em>{escape(model.key)}</em>: {escape(model.text)}. A name is that of the "
         f"block and that of its parameter, as in the FMU.</p>{history}"

@@ -19,11 +19,10 @@ from hystfmu.design.structures import STRUCTURES
 from hystfmu.face.scenario import Scenario
 from hystfmu.face.table import What
 from hystfmu.graph import Graph, Node
-from hystfmu.redesign.corners import Corner, Roles, aim, corners, known, loop_plants, roles, sector
+from hystfmu.redesign.corners import Corner, Roles, aim, corners, first_loop, known, loop_plants, roles, sector
 from hystfmu.scenario import Results, build, run
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.system.spec import ScenarioSpec
 from hystfmu.scenario.system.system import System, behind
 
 LIMITS = ("u_min", "u_max")  # names of the limits of a command, which the new controller also has
@@ -233,7 +232,7 @@ def controller(
     loop = scenario if isinstance(scenario, Scenario) else Scenario.load(scenario)
     ready, table = loop.ready(), loop.table
     systems = {c.name: build(c) for c in ready.cases}
-    first, opened = _nominal(systems, ready.spec)
+    first, opened = first_loop(systems, ready.spec.margins.case if ready.spec.margins else None)
     of = roles(opened)
     old = controllers(systems[first], of)
     said = {c["name"]: c for c in table.get("case", ())}
@@ -271,21 +270,8 @@ def controller(
     made = with_unit(graph, f"{tuned.structure.text}, tuned over {len(plants.plants)} loops")
     results = run(made, engine="native", progress=lambda x: progress(0.6 + 0.2 * x))
     before = run(loop, case=kept, engine="native", progress=lambda x: progress(0.8 + 0.2 * x))
-    errors = {r.case: r.verdicts[0].value if r.verdicts else math.inf for r in before}
+    errors = {r.case: r.value() for r in before}
     return Controller(made, tuned, made.open_loop(first).margins(), len(plants.plants), errors, results)
-
-
-def _nominal(systems: dict[str, System], spec: ScenarioSpec) -> tuple[str, OpenedLoop]:
-    """Return the case named in `[margins]`, or else the first case with a loop, and its open loop."""
-    wanted = spec.margins.case if spec.margins is not None else None
-    why: InputError | None = None
-    for name in systems if wanted is None else [wanted]:
-        try:
-            return name, open_loop(systems[name])
-        except InputError as e:
-            why = why or e
-    assert why is not None
-    raise why
 
 
 def _corners(
@@ -305,7 +291,7 @@ def _corners(
         except InputError:
             if c.name == first:
                 raise
-    return corners(loops, ready.spec.margins, off, stable=False), sector(loops, stated, 1.0)
+    return corners(loops, ready.spec.margins, off, stable=False), sector(loops, stated)
 
 
 def _limits(system: System, old: Controllers) -> tuple[float, float] | None:

@@ -16,13 +16,14 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.design.loop import Complex, beside, grid
+from hystfmu.design.loop import Complex, beside
 from hystfmu.design.plants import Plant, PlantSet
 from hystfmu.design.race import Aim
 from hystfmu.design.structures import Design
 from hystfmu.graph import Node
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opened import OpenedLoop
+from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.trace import Stopped
 from hystfmu.scenario.system.spec import MarginsSpec
 from hystfmu.scenario.system.system import Link, System, behind
@@ -89,6 +90,44 @@ def roles(opened: OpenedLoop) -> Roles:
         tuple(system.parts[k].name for k in sorted(back) if _is_reference(system, k)),
         tuple(_limits(system, command, opened.side.entry)),
     )
+
+
+def first_loop(
+    systems: Mapping[str, System], nominal: str | None, period: float | None = None
+) -> tuple[str, OpenedLoop]:
+    """Return the case that a design starts from, and the open loop of this case for the incremental gain 1.
+
+    This is the case `nominal`, which `[margins]` names, or else the first case with a loop. If a period (s) is given,
+    it is the first case with a loop and a reference of this period, if there is one. An InputError is raised if no case
+    has a loop.
+    """
+    why: InputError | None = None
+    loops: dict[str, OpenedLoop] = {}
+    for name in [*([nominal] if nominal is not None else []), *systems]:
+        try:
+            loops.setdefault(name, open_loop(systems[name], (1.0, 1.0)))
+        except InputError as e:
+            why = why or e
+            continue
+        if period is None:
+            break
+        frequency, _ = reference_of(systems[name], roles(loops[name]))
+        if abs(frequency * period - 1) < systems[name].case.step / period:
+            return name, loops[name]
+    if not loops:
+        assert why is not None
+        raise why
+    return next(iter(loops.items()))
+
+
+def reference_of(system: System, of: Roles) -> tuple[float, str]:
+    """Return the frequency (Hz) and the shape of the reference, or 0 and "" if no block `reference` produces it."""
+    for part in system.parts:
+        if part.name in of.sources:
+            (node,) = part.own.nodes
+            (shape,) = (v for v in node.block.parameters if v.name == "shape")
+            return float(node.value("frequency")[0]), shape.choices[int(node.value("shape")[0])]
+    return 0.0, ""
 
 
 def _measured(system: System, place: int, plant: int, led: set[int]) -> int:
@@ -211,18 +250,6 @@ def _off(case: str, opened: OpenedLoop, off: float) -> Iterator[tuple[str, Opene
         yield f"{case}, modes {100 * (f - 1):+.3g} %", replace(opened, plant=(f * A, f * B, C, D))
 
 
-def fastest_mode(opened: OpenedLoop) -> float | None:
-    """Return the largest natural frequency of the plant (Hz), or None if the plant has no dynamics."""
-    A = opened.plant[0]
-    return float(np.abs(np.linalg.eigvals(A)).max() / (2 * np.pi)) if len(A) else None
-
-
-def angles_of(found: list[Corner]) -> Array:
-    """Return angles that resolve the resonances of all loops, shape (m,)."""
-    poles = np.concatenate([c.opened.poles(c.slope, c.delay) for c in found])
-    return np.union1d(grid(), beside(poles, grid()))
-
-
 LOWEST, POINTS = 1e-5, 200  # lowest angle over pi, and number of angles without the additional ones at resonances
 TONES = 15  # largest number of tones of the reference in the design
 MISSED = 0.01  # error of hysteresis model and inverse, as a fraction of the reference
@@ -314,19 +341,16 @@ def aim(system: System, of: Roles) -> Aim:
 
 def _rows(system: System, of: Roles, h: float) -> int:
     """Return the number of rows in the whole periods of the reference, or in the run without a whole period."""
-    frequency = 0.0
-    for p in system.parts:
-        if p.name in of.sources:
-            frequency = float(p.own.nodes[0].value("frequency")[0])
+    frequency, _ = reference_of(system, of)
     rows = round(system.case.stop / h)
     whole = int(rows * h * frequency) / frequency if frequency and rows * h * frequency >= 1 else rows * h
     return max(round(whole / h), LAST)
 
 
-def sector(opened: Mapping[str, OpenedLoop], stated: Sequence[float] | None, nominal: float) -> tuple[float, float]:
-    """Return the sector of the incremental gain, divided by the nominal incremental gain.
+def sector(opened: Mapping[str, OpenedLoop], stated: Sequence[float] | None) -> tuple[float, float]:
+    """Return the sector of the incremental gain, which contains 1.
 
     The values are those in `stated` (table `[margins]`), or else those along the paths of the cases.
     """
-    found = np.array(list(stated) if stated else [v for o in opened.values() for v in o.slopes]) / nominal
-    return min(float(found.min()), 1.0), max(float(found.max()), 1.0)
+    found = stated or [v for o in opened.values() for v in o.slopes]
+    return min(*found, 1.0), max(*found, 1.0)

@@ -7,6 +7,7 @@ the remaining time. There is no bar with -q or if the output goes to a pipe.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -15,7 +16,7 @@ import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 
 
 QUIET, NORMAL, VERBOSE = -1, 0, 1
-_KEY = "hystfmu.verbosity"
+FAILED = 1  # exit status of a command whose result does not meet the requirements
+_KEY, _JSON = "hystfmu.verbosity", "hystfmu.json"
 _COLOURS = {"green": "ok|stable|met", "red": "FAILED|BROKEN|unstable|missed|stopped"}  # verdicts in tables
 _VERDICT = re.compile("|".join(rf"(?:^|(?<=  ))(?P<{c}>{words})(?=  |$)" for c, words in _COLOURS.items()), re.M)
 
@@ -42,11 +44,36 @@ def set_level(context: click.Context, to: int) -> None:
     context.meta[_KEY] = to
 
 
+def answers_json() -> bool:
+    """Return whether the running command prints JSON instead of text on stdout."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.meta.get(_JSON, False))
+
+
+def set_json(context: click.Context, to: bool) -> None:
+    """Set whether a command prints JSON instead of text on stdout."""
+    context.meta[_JSON] = to
+
+
+def answer(facts: Any, passed: bool = True) -> NoReturn:
+    """End the running command with status 0, or with `FAILED` if `passed` is False.
+
+    If the command answers in JSON, print `facts` as JSON; a text is JSON already.
+    """
+    if answers_json():
+        click.echo(facts if isinstance(facts, str) else json.dumps(facts))
+    sys.exit(0 if passed else FAILED)
+
+
 def echo(text: str, err: bool = False, nl: bool = True) -> None:
     """Print a text on stdout or stderr. All output of a command uses this function, except JSON, which is ASCII.
 
+    A command that answers in JSON prints no text on stdout.
+
     In a terminal, verdicts in tables have a colour, unless the environment variable NO_COLOR is set.
     """
+    if not err and answers_json():
+        return
     text = printable(text, lines=True)
     if not err and not os.environ.get("NO_COLOR"):  # click removes the colours if the output goes to a file or a pipe
         text = _VERDICT.sub(lambda m: click.style(m[0], fg=m.lastgroup), text)

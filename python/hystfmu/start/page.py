@@ -15,7 +15,8 @@ from hystfmu.face.model import Model
 from hystfmu.face.page import fit_page, fit_sections
 from hystfmu.report import page
 from hystfmu.report.page import Section, Table
-from hystfmu.report.plot import LOOP_POINTS, Line, Plot
+from hystfmu.report.plot import LOOP_POINTS
+from hystfmu.scenario.report.cases import compared
 from hystfmu.scenario.report.page import write_report
 from hystfmu.start.closed_loop import ClosedLoop
 
@@ -161,23 +162,21 @@ def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> tuple[Sec
     """
     shown = {"before: a gain alone": "neither", "after: the loop": loop.promises[0].name}
     unit = f" ({data.unit_y})" if data.unit_y else ""
-    plots, under = [], []
+    reached = {}
     for title, case in shown.items():
         found = next(r for r in loop.results if r.case == case)
         if found.trace is None:
             continue
         signals = [found.trace["reference.r"], found.trace[found.system.case.metrics["tracking"].signal]]
         r, y = (v[len(v) // 2 :] for v in signals)
-        plots.append(Plot(title, f"wanted{unit}", f"reached{unit}", [Line("reached", r, y)], points=LOOP_POINTS))
-        error = [Line("reached - wanted", found.trace.t[-len(r) :], y - r)]
-        under.append(Plot(f"error {title}", "time (s)", f"error{unit}", error, envelope=True))
+        reached[title] = found.trace.t[-len(r) :], r, y
     first = loop.promises[0]
     known = first.rms_percent is not None
     answer = f"{sentence(told)}. The RMS error of the {first.name} on the device is "
     answer += f"{percent(first.rms_percent)} % of peak to peak." if known else f"not known: {first.why}."
     tables = [Table(*reference_table(told)), Table(("reason",), [(line,) for line in told["reasons"]])]
     errors = Section("Errors", "", tables[: 1 + bool(told["reasons"])])
-    return Section("", answer, (), [*plots, *under]), errors
+    return Section("", answer, (), compared(reached, unit, LOOP_POINTS)), errors
 
 
 def _controller(loop: ClosedLoop, notes: list[str]) -> Section:

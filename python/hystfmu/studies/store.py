@@ -1,13 +1,12 @@
 """Store the table of a study on disk.  Finished runs are stored immediately, so an interruption does not lose them.
 
 Each row is one line of `journal.jsonl` with CRC-32, tab and JSON. The line is appended when the run ends. If a run has
-two rows, the later row is valid. A lock prevents that two studies use the folder, in this process or in another. A full
-journal is converted to a Parquet file (a part) by an atomic rename. The name of the part ends with its CRC-32. The
+two rows, the later row is valid. A lock prevents that two studies use the folder, in this process or in another. The
 names of the columns and the seed are stored in two files each.
 
-Truncated or damaged data are found at the next start. Damaged lines are moved to `damaged.jsonl`, damaged parts are
-renamed, and their runs are repeated. The final table is `results.parquet`, sorted by row. This table does not depend on
-time, machine or order of the runs.
+Truncated or damaged data are found at the next start. Damaged lines are moved to `damaged.jsonl`, and their runs are
+repeated. The final table is `results.parquet`, sorted by row. This table does not depend on time, machine or order of
+the runs.
 """
 
 import errno
@@ -79,12 +78,10 @@ def _lock(handle: int) -> None:
         fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-PART_ROWS = 20_000
 # interval between syncs (s), whose rows a power failure may lose. 1024 short runs take 0.5 s; 5.5 s with a sync for
 # each.
 SYNC = 0.25
 COLUMNS = ("index", "variation", "case", "id", "status", "reason")
-LIMITS = ("timeout", "memory")
 
 
 def _line(row: dict[str, Any]) -> bytes:
@@ -113,17 +110,6 @@ def _unsealed(path: Path) -> Any:
     if _sealed(found.get("value")) != json.dumps(found).encode():
         raise ValueError
     return found["value"]
-
-
-def _sync(path: Path) -> None:
-    """Wait until a file or a folder is written to the disk."""
-    if os.name == "nt" and path.is_dir():
-        return
-    handle = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 _MADE = ("results.parquet", "report.html", "report.json")  # files that are written at the end of a study
@@ -203,7 +189,8 @@ class Store:
             check_target(aside)
             with open(aside, "ab") as f:
                 f.writelines(line for _, line in damaged)
-            _sync(aside)
+                f.flush()
+                os.fsync(f.fileno())
             for at, line in damaged:
                 os.lseek(self._journal, at, os.SEEK_SET)
                 os.write(self._journal, b" " * (len(line) - 1) + b"\n")
@@ -218,29 +205,21 @@ class Store:
         line = _line(row)
         at = os.lseek(self._journal, 0, os.SEEK_END)
         try:
-            try:
-                if os.write(self._journal, line) != len(line):
-                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-                if time.monotonic() - self._synced > SYNC:
-                    os.fsync(self._journal)
-                    self._synced = time.monotonic()
-            except OSError:
-                os.ftruncate(self._journal, at)
-                raise
-            self._in_journal += 1
-            if self._in_journal >= PART_ROWS:
-                self._roll()
+            if os.write(self._journal, line) != len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            if time.monotonic() - self._synced > SYNC:
+                os.fsync(self._journal)
+                self._synced = time.monotonic()
         except OSError as e:
-            raise InputError(f"{self.folder}: {e.strerror or e}; {self._safe}") from None
-
-    @property
-    def _safe(self) -> str:
-        return f"{self._in_journal} rows are safe: free some space and run the study again"
+            with suppress(OSError):
+                os.ftruncate(self._journal, at)
+            safe = f"{self._in_journal} rows are safe: free some space and run the study again"
+            raise InputError(f"{self.folder}: {e.strerror or e}; {safe}") from None
+        self._in_journal += 1
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield the stored row of each run, in no particular order. Damaged Parquet files are renamed."""
-        found = {row["id"]: row for part in self._parts() for row in self._of_part(part)}
-        yield from (found | {row["id"]: row for row in self._of_journal()}).values()
+        """Yield the stored row of each run, in no particular order."""
+        yield from {row["id"]: row for row in map(_row, self._lines()) if row is not None}.values()
 
     def finish(self, rows: list[dict[str, Any]]) -> Path:
         """Write `results.parquet` with the given rows and return its path."""
@@ -254,43 +233,12 @@ class Store:
             os.fsync(self._journal)
         close_locked(self._journal)
 
-    def _of_journal(self) -> list[dict[str, Any]]:
-        return [row for row in map(_row, self._lines()) if row is not None]
-
     def _lines(self) -> list[bytes]:
         os.lseek(self._journal, 0, os.SEEK_SET)  # to close a second handle would release the lock
         content = b"".join(iter(lambda: os.read(self._journal, 2**20), b""))
         return content.splitlines(keepends=True)
 
-    def _parts(self) -> list[Path]:
-        return sorted(self.folder.glob("part-*.parquet"))
-
-    def _of_part(self, part: Path) -> list[dict[str, Any]]:
-        """Return the rows of a Parquet part, or an empty list if the part is damaged."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        content, sum_ = read_bytes(part), part.stem.split("-")[2:]
-        with suppress(pa.ArrowException, OSError, KeyError):
-            if sum_ == [f"{zlib.crc32(content):08x}"]:
-                return [self._nested(row) for row in pq.read_table(pa.BufferReader(content)).to_pylist()]
-        part.rename(part.with_name(f"damaged-{part.name}"))
-        return []
-
-    def _roll(self) -> None:
-        content = self._table(self._of_journal(), limits=True)
-        number = max((int(p.stem.split("-")[1]) for p in self._parts()), default=-1) + 1
-        part = self.folder / f"part-{number:06d}-{zlib.crc32(content):08x}.parquet"
-        try:
-            write_bytes(part, content)
-        except InputError as e:
-            raise InputError(f"{e}; {self._safe}") from None
-        _sync(part)
-        _sync(self.folder)
-        os.ftruncate(self._journal, 0)  # a crash before this line leaves duplicate rows, which are harmless
-        self._in_journal = 0
-
-    def _table(self, rows: list[dict[str, Any]], limits: bool = False) -> bytes:
+    def _table(self, rows: list[dict[str, Any]]) -> bytes:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -302,17 +250,7 @@ class Store:
             columns[name] = pa.array([r["values"].get(name) for r in rows], pa.float64())
         for name in self._metrics:
             columns[f"metric:{name}"] = pa.array([r["metrics"].get(name) for r in rows], pa.float64())
-        for name in LIMITS if limits else ():
-            columns[f"limit:{name}"] = pa.array([r.get("limits", {}).get(name) for r in rows], pa.float64())
         sink = pa.BufferOutputStream()
         pq.write_table(pa.table(columns), sink)
         content: bytes = sink.getvalue().to_pybytes()
         return content
-
-    def _nested(self, row: dict[str, Any]) -> dict[str, Any]:
-        plain = {name: row[name] for name in COLUMNS}
-        plain["values"] = {name: row[name] for name in self._parameters}
-        metrics = {name: row[f"metric:{name}"] for name in self._metrics}
-        plain["metrics"] = {k: v for k, v in metrics.items() if v is not None}
-        limits = {name: v for name in LIMITS if (v := row.get(f"limit:{name}")) is not None}
-        return plain | ({"limits": limits} if limits else {})

@@ -16,14 +16,14 @@ import numpy as np
 
 from hystfmu.base import __version__
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.engine.simulation import Run, chunks_here, chunks_isolated
 from hystfmu.scenario.loop.opened import SLOPES, OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.scenario.system.case import sizes, split_end, with_values
+from hystfmu.scenario.system.case import sizes
 from hystfmu.scenario.system.system import System, build
 from hystfmu.studies.spec import LoopSpec, Study
 
@@ -56,7 +56,7 @@ class LoopLimits:
 
     def _opened(self, case: str, settings: Mapping[str, Any]) -> OpenedLoop:
         lo, hi = self._spec.slopes
-        return open_loop(_changed(self._systems[case], settings), (lo, hi))
+        return open_loop(_varied(self._systems[case], settings), (lo, hi))
 
 
 def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float]:
@@ -70,7 +70,7 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
     # the linearised loop has one sampling rate
     fine = {k: float(settings[k]) % 1 for k in sizes(system.case) & settings.keys()}
     whole = {k: v - fine[k] if k in fine else v for k, v in settings.items()}
-    opened = open_loop(build(replace(system.case, overrides={**system.case.overrides, **whole})))
+    opened = open_loop(_varied(system, whole))
     delay = sum(fine.values())
     found = opened.margins(delay=delay)
     slopes = np.linspace(*opened.slopes, SLOPES)
@@ -87,14 +87,6 @@ def _radius(opened: OpenedLoop, slope: float, delay: float) -> float:
     if opened.memories and opened.stable(slope, delay):
         opened = replace(opened, memories=())
     return opened.radius(slope, delay)
-
-
-def _changed(system: System, settings: Mapping[str, Any]) -> System:
-    parts = list(system.parts)
-    for key, value in settings.items():
-        unit, name = split_end(key, "parameters")
-        parts = [replace(p, graph=with_values(p.graph, {name: value})) if p.name == unit else p for p in parts]
-    return replace(system, parts=tuple(parts))
 
 
 OUTSIDE = "outside"
@@ -145,7 +137,7 @@ def row_of(task: Task, case: str, status: str, reason: str, metrics: dict[str, f
     return {**row, "metrics": metrics or {}, "status": status, "reason": reason}
 
 
-def _varied(system: System, settings: dict[str, Any]) -> System:
+def _varied(system: System, settings: Mapping[str, Any]) -> System:
     return build(replace(system.case, overrides={**system.case.overrides, **settings}))
 
 

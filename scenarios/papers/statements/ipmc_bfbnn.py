@@ -10,10 +10,10 @@ from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify import fit
 from hystfmu.identify.methods.polynomial_narx import basis, lagged
-from papers.row import Row, Stated
 from papers.statements import relay_sum
 from papers.statements.branches import crossings
 from papers.statements.printed import auxiliary
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 

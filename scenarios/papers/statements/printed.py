@@ -31,6 +31,11 @@ def auxiliary(u: Array, corrected: bool = True, g: Callable[[float], float] = ex
     g : function
         Function that is smooth, monotone and not negative for arguments >= 0.
     """
+    return from_last_extremum(u, lambda d: (d if corrected else abs(d)) * g(abs(d)))
+
+
+def from_last_extremum(u: Array, branch: Callable[[float], float]) -> Array:
+    """Return the operator (n,) f(k) = f(u_ex) + branch(u - u_ex) for an input u (n,), from 0 at the first row."""
     f = np.zeros(len(u))
     extreme, at_extreme, direction = float(u[0]), 0.0, 0.0
     for k in range(1, len(u)):
@@ -38,8 +43,7 @@ def auxiliary(u: Array, corrected: bool = True, g: Callable[[float], float] = ex
         if s * direction < 0:
             extreme, at_extreme = float(u[k - 1]), f[k - 1]
         direction = s or direction
-        d = u[k] - extreme
-        f[k] = at_extreme + (d if corrected else abs(d)) * g(abs(d))
+        f[k] = at_extreme + branch(u[k] - extreme)
     return f
 
 

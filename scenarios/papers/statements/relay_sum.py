@@ -9,7 +9,7 @@ import numpy as np
 from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
-from papers.row import Row, Stated
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 

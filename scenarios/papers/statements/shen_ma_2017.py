@@ -6,7 +6,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.methods.constraint_factor_mlp import basis, stack_coordinates
-from papers.row import Row, Stated
+from papers.statements.printed import from_last_extremum
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 
@@ -29,15 +30,13 @@ def _main() -> Row:
     The branches start at the last extremum, as in the paper.
     """
     u = signals.nested_reversals(40, 1)
-    h, origin, at_origin, direction = np.zeros(len(u)), float(u[0]), 0.0, 0.0
-    for k in range(1, len(u)):
-        s = float(np.sign(u[k] - u[k - 1]))
-        if s * direction < 0:
-            origin, at_origin = float(u[k - 1]), h[k - 1]
-        direction = s or direction
-        x = abs(float(u[k]) - origin)
+
+    def branch(d: float) -> float:
+        x = abs(float(d))
         polynomial = A0 + sum(a * x ** (2 * j - 1) for j, a in enumerate(A, 1))
-        h[k] = at_origin + np.sign(u[k] - origin) * (1 - np.exp(-x)) * polynomial
+        return float(np.sign(d) * (1 - np.exp(-x)) * polynomial)
+
+    h = from_last_extremum(u, branch)
     values: dict[str, Value] = {"a0": A0, "a": A, "memory": "last", "x0": float(u[0])}
     block = Graph.single(Node("operator", "constraint_factor", {"m": len(A)}, values)).run(u)
     what = "block constraint_factor against eqs. 1 and 2 in a plain loop, largest difference"

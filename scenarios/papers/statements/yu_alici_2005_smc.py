@@ -14,8 +14,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from papers.rate_plant import RATE, actuator
-from papers.row import Row, Stated
 from papers.statements import relay_sum
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 
@@ -77,14 +77,7 @@ def _bounds() -> list[Row]:
     other = f"eps/(lambda (eta - 1)), lambda {LAM:g} 1/s: false as the bound of |s| is"
     return [
         ROW("bound_s", literal[0], exact, printed=printed(eta, eps), note=note, given=given),
-        ROW(
-            "bound_e",
-            literal[1],
-            exact / LAM,
-            printed=printed_error(eta, eps),
-            note=other,
-            given=given,
-        ),
+        ROW("bound_e", literal[1], exact / LAM, printed=printed_error(eta, eps), note=other, given=given),
         ROW("simulated", ours=abs(literal[0] / exact - 1)),
     ]
 

@@ -11,9 +11,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from papers.nested_loops import Response
-from papers.row import Row, Stated
 from papers.statements.branches import area, crossings, least_slope
 from papers.statements.printed import auxiliary
+from papers.table import Row, Stated
 
 ROW = Stated(__name__)
 
@@ -42,11 +42,7 @@ def rows(plant: Response, invertible: Response) -> list[Row]:
         ROW("operator", ours=float(np.abs(last - auxiliary(u)).max()), target=ROUNDING),
         ROW("lemma_1", float(forward[0].neighbours), float(forward[1].neighbours), about=about),
         *_one_loop(plant),
-        ROW(
-            "lemma_2",
-            least_slope(u, last, FROM_EXTREMUM),
-            least_slope(u, dominant, FROM_EXTREMUM),
-        ),
+        ROW("lemma_2", least_slope(u, last, FROM_EXTREMUM), least_slope(u, dominant, FROM_EXTREMUM)),
         ROW("continuity", ours=_step(plant, 0.0001) / _step(plant, 0.001)),
         ROW("crossings", float(forward[0].others), float(forward[1].others), about=about),
         ROW("at_crossings", 50 * forward[0].difference, 50 * forward[1].difference),

@@ -2,11 +2,11 @@
 
     python scenarios/stage/models/make_models.py
 
-Plant, from the command (V) to the position (um): an amplifier with limits, ten plays and a linear term, a bend, creep as three
-lags one decade apart, two lightly damped modes.  A stroke of 20 um needs about 106 V.  The actuator (three lags, eight
-terms of the bend, forty plays) is identified from slow nested reversals with the noise of the sensor; natural
-frequencies and damping are those of a data sheet: 500 Hz and 1.6 kHz, 0.02 and 0.01.  They give the feed-forward of the
-scans in scans.toml.
+Plant, from the command (V) to the position (um): an amplifier with limits, ten plays and a linear term, a bend, creep
+as three lags one decade apart, two lightly damped modes.  A stroke of 20 um needs about 106 V.  The actuator (three
+lags, eight terms of the bend, forty plays) is identified from slow nested reversals with the noise of the sensor;
+natural frequencies and damping are those of a data sheet: 500 Hz and 1.6 kHz, 0.02 and 0.01.  They give the
+feed-forward of the scans in scans.toml.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from hystfmu.data import Dataset
 from hystfmu.design import scan_feedforward
 from hystfmu.graph import Graph, Input, Node, Output
@@ -138,7 +139,7 @@ stop = 0.2
 after = 0.1
 set = {{ "reference.frequency" = 0.5 }}
 units.feedforward = {{ block = "reference", dims = {{ m = 1 }}, values = {{ shape = "triangle", amplitude = 10.0, offset = 10.0, frequency = 0.5, phase = -1.5707963267948966, turn = 0.1, lead = 1.5e-4 }} }}
-"""
+"""  # noqa: E501
 
 
 def scan(f: float) -> dict[str, str]:
@@ -188,7 +189,7 @@ def write_scans() -> None:
 
 
 def gain(w0: float, name: str) -> None:
-    """Write a gain in um/V as a hysteresis without plays, whose inverse stands where others have that of the actuator."""
+    """Write a gain in um/V as a hysteresis without plays. Its inverse replaces the inverse of the actuator."""
     node = Node("gain", "prandtl_ishlinskii", {"n": 1}, {"w0": w0, "r": [0.0], "w": [0.0]})
     graph = Graph([node], [], [Input("u", ("gain.u",), unit="V")], [Output("y", "gain.y", unit="um")])
     Model("prandtl_ishlinskii", graph, None, "mean gain from V to um").save(HERE / f"{name}.model.toml")

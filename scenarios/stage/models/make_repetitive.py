@@ -13,8 +13,8 @@ import sys
 from pathlib import Path
 
 import control
+
 import hystfmu as hy
-import numpy as np
 
 STAGE = Path(__file__).parents[1]
 RATE = 10_000  # Hz

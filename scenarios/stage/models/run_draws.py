@@ -13,6 +13,7 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+
 import hystfmu as hy
 from hystfmu.base.files import write_toml
 

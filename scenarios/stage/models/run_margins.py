@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 
-import hystfmu as hy
 import numpy as np
+
+import hystfmu as hy
 from hystfmu.base.files import write_toml
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
@@ -33,13 +35,13 @@ def margins(name: str) -> dict[str, float]:
 
 
 def settling(name: str) -> float:
-    """Return the longest time (s) until a step of the staircase stays within its band; infinite: not before the next."""
+    """Return the longest time (s) until a step of the staircase stays in its band; infinite if it never does."""
     (case,) = [c for c in Cases(STAGE / name).cases if c.name == "staircase"]
     run = Native(build(case), ["plant.y", "reference.r"]).run()
     t, e, r = run.t, np.abs(run["plant.y"] - run["reference.r"]), run["reference.r"]
     starts = np.append(np.flatnonzero(np.diff(r)) + 1, len(t))
     longest = 0.0
-    for a, b in zip(starts[:-1], starts[1:], strict=True):
+    for a, b in pairwise(starts):
         outside = np.flatnonzero(e[a:b] > BAND * abs(r[a] - r[a - 1]))
         last = outside[-1] + 1 if len(outside) else 0
         longest = max(longest, float(t[a + last] - t[a]) if a + last < b else np.inf)

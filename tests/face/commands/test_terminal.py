@@ -22,8 +22,7 @@ import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.identify import METHODS, options
 from hystfmu.report import terminal
-from papers.row import Row
-from papers.table import Report
+from papers.table import Report, Row
 
 pty = pytest.importorskip("pty", reason="this system has no pseudo-terminal")
 BAR = re.compile(r"\x1b\[\?25l(\w[\w ]*)  \[#*-*\] +(\d+)%")
@@ -293,6 +292,7 @@ def test_every_command_is_here_or_has_no_table() -> None:
     assert {*TABLES, *WITHOUT, *MINUTES} == {*main.commands}
 
 
+@pytest.mark.some(6)
 @pytest.mark.parametrize(
     "words",
     [

@@ -70,6 +70,7 @@ def _seconds(f: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
+@pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_export_of_a_model(tmp_path: Path, fmi: int) -> None:
     model = Model("zhao-tan 1", single("prandtl_ishlinskii"), 1e-4, "one line for a reader")

@@ -38,7 +38,7 @@ from runners import (
     run_by_libcosim,
     run_in_container,
 )
-from test_keys import H, fitted_model
+from test_keys import KEYS, H, fitted_model
 
 from hystfmu import Model
 from hystfmu.base.errors import InputError
@@ -46,7 +46,6 @@ from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph
 from hystfmu.graph.graph import sample_time
-from hystfmu.identify import METHODS
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
 from hystfmu.scenario.system.spec import shipped_scenarios
@@ -362,9 +361,10 @@ def main() -> int:
     loops: dict[str, dict[str, float | str]] = {}
     with tempfile.TemporaryDirectory(prefix="hystfmu-importers-") as name:
         work = Path(name)
-        for key in METHODS:
-            (work / key).mkdir()
-            kinds[key] = kind_row(key, fitted_model(key, {}), work / key)
+        for key in KEYS:
+            place = work / key.replace(" ", "_")
+            place.mkdir()
+            kinds[key] = kind_row(key, fitted_model(key, {}), place)
             print(key, *(f"{c}: {text(v)};" for c, v in kinds[key].items()), flush=True)
         folder = shipped_scenarios()
         for file in sorted(folder.rglob("scenario.toml")):

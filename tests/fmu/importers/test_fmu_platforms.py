@@ -212,7 +212,7 @@ def test_it_gives_the_bits_of_this_machine(
 
 # ---- sizes -----------------------------------------------------------------------------------------------------------
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
-LIMITS = {"host": 210_000, "all": 530_000}  # bytes
+LIMITS = {"host": 210_000, "all": 545_000}  # bytes
 # one file per kind of model, the longest: the identified models, inverses and plants of the scenarios
 MODELS = {hy.Model.load(p).key: p for p in sorted(SCENARIOS.rglob("*.model.toml"), key=lambda p: p.stat().st_size)}
 

@@ -185,6 +185,7 @@ def sums(u0=0.0, **values):
     return hy.Node("plays", "backlash_sum", {}, {"r": WIDTHS, "z0": np.full(4, u0), **values})
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_plays_and_a_mode(seed):
     rng = np.random.default_rng(seed)
@@ -204,6 +205,7 @@ def test_plays_and_a_mode(seed):
     assert (model.graph.inputs[0].unit, model.graph.outputs[0].unit, model.step) == ("V", "um", H)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_bouc_wen_and_a_mode_from_a_multisine(seed):
     rng = np.random.default_rng(seed)

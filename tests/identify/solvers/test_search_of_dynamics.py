@@ -12,12 +12,12 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, unknown
-from hystfmu.identify.estimate.search import Differences, standard_errors
 from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
 from hystfmu.identify.graphs import covariate_inputs
+from hystfmu.identify.solvers.trust_region import Differences, standard_errors
 
 H = 1e-3
 OPTIONS = {"hold": "foh", "delay_max": 10.0, "zeta_max": 5.0}

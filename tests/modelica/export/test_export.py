@@ -4,7 +4,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import data_record
 import exported
 import library
 import numpy as np
@@ -148,12 +147,6 @@ def test_record_has_all_bits_and_the_names_of_the_fmu() -> None:
     assert set(found) == {n for n, p in ports.items() if not p.var.choices}
     for name, literal in found.items():
         assert tuple(float(x) for x in literal.strip("{}").split(", ")) == ports[name].start, name
-
-
-@pytest.mark.parametrize("name", data_record.SOURCES)
-def test_record_of_the_library_is_up_to_date(name: str) -> None:
-    written = (library.ROOT / "Data" / f"{name}.mo").read_text()
-    assert written == data_record.records()[name], "run 'python tests/modelica/export/data_record.py'"
 
 
 @pytest.mark.parametrize("name", block_types())

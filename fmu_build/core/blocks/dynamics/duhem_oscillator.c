@@ -105,12 +105,12 @@ HYST_TANGENT_FN(tangent) {
   *t_v = (*s_u - *c_L * *s_v - *k_L * *s_q - *s_g) / *m_L;
   *t_g = *s_v * stiffness(&s, x) + *v * stiffness_slope(&s, x, way) * way;
 }
-/* share of knot k in f at x */
+/* weight of knot k in the piecewise linear f(x) */
 static double share(const shape *s, double x, int k) {
   const double at = 0.5 * (x / s->z_max + 1) * s->last, off = hyst_fabs((at > 0 ? at < s->last ? at : s->last : 0) - k);
   return off < 1 ? 1 - off : 0;
 }
-/* The steps of update(), each with its derivative.  t_y: of the velocity between, t_z: of z in the middle. */
+/* The steps of update(), each with its derivative: t_y of the velocity at half the step, t_z of z at half the step. */
 HYST_SENSITIVITY_FN(sensitivity) {
   HYST_OPEN_SENSITIVITY
   const shape s = SHAPE;

@@ -57,7 +57,8 @@ HYST_DERIV_FN(deriv) {
   HYST_OPEN_DERIV
   *d_q = *v;
   *d_v = (*u - *c_L * *v - *k_L * *q - friction(n, k, r, s)) / *m_L;
-  for (int i = 0; i < n; i++) d_s[i] = follows(s[i], r[i], *v) ? *v : 0;
+  /* NaN stays NaN, which shows the dependence of the derivative */
+  for (int i = 0; i < n; i++) d_s[i] = s[i] != s[i] ? s[i] : follows(s[i], r[i], *v) ? *v : 0;
 }
 HYST_UPDATE_FN(update) {
   HYST_OPEN_UPDATE

@@ -87,7 +87,7 @@ static double runge_kutta(const law *l, double u, double w, double h) {
   return w + h / 6 * (k1 + 2 * (k2 + k3) + k4);
 }
 
-/* the path of u until w = 0, by one step in w */
+/* returns the change of u at which w reaches 0: one Runge-Kutta step with w as the independent variable */
 static double way_to_zero(const law *l, double u, double w) {
   const double k1 = 1 / slope(l, u, w), k2 = 1 / slope(l, u - 0.5 * w * k1, 0.5 * w),
                k3 = 1 / slope(l, u - 0.5 * w * k2, 0.5 * w), k4 = 1 / slope(l, u - w * k3, 0);

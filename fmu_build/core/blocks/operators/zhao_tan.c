@@ -1,7 +1,8 @@
 /* Zhao-Tan hysteretic operator: from an extremum (x_p, h_p) the branch h = h_p +- (1 - e^-d) d, d = |x - x_p|.
  * memory = dominant: the extrema that return-point memory keeps (Zhao & Tan 2008, eq. 1: "dominant extremum"),
  * with Masing's virgin branch; the operator then is a Prandtl-Ishlinskii operator of play density 4 e^-2r (1 - r).
- * memory = last: the literal last extremum; unbounded, drifts under noise, for replicas only. */
+ * memory = last: the last extremum, as the text of the paper says.  This output has no bound and drifts under noise;
+ * use it only to repeat published figures. */
 #include "core/elementary/elementary.h"
 #include "core/memory/return_point.h"
 

@@ -1,7 +1,5 @@
 """Readers of measured data: text files of many layouts, workbooks, and binary files such as MAT and HDF5."""
 
-from __future__ import annotations
-
 from hystfmu.data.reader.reading import read
 
 __all__ = ["read"]

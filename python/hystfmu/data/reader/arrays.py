@@ -4,8 +4,6 @@ Optional packages parse binary files. They run in a confined process, which retu
 are read through methods that pandas, polars and pyarrow have in common.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import tempfile
@@ -17,13 +15,12 @@ from typing import IO, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array, InputError, extras
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
-from hystfmu.base.errors import InputError, extras
 from hystfmu.data.columns import LEAST_ROWS
 from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.formats import MATLAB_BLOCK, PARQUET, since_first
+from hystfmu.data.reader.formats import MATLAB_BLOCK, PARQUET, timed
 from hystfmu.data.reader.table import Column, Stamps, Table, spelling, stated_step
 
 MOST_COLUMNS = 10_000
@@ -202,10 +199,8 @@ def frame(given: Any, most: int) -> Table:
     values: dict[str, np.ndarray] = {}
     for name, column in _frame_columns(given):
         found, first = column, ""
-        if column.dtype.kind == "M" and column.ndim == 1 and len(column):
-            found, first = since_first(column)
-        elif column.dtype.kind == "m":
-            found, first = column / np.timedelta64(1, "s"), "0 s"
+        if times := timed(name, column):
+            found, first = times[0].read(), times[0].first or "0 s"
         elif column.dtype.kind not in "biuf":
             continue
         if name in values:

@@ -6,8 +6,6 @@ sampling rate. Examples of dates and times of day are ``2026-11-22T10:15:00.125Z
 above 12, or by AM and PM. Ambiguous dates are refused.
 """
 
-from __future__ import annotations
-
 import datetime
 import re
 from collections.abc import Callable, Sequence
@@ -15,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data.reader.table import TIME, Column, Stamps, Table
 
 _DATE = r"(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4})[T,; ]\s*"

@@ -5,8 +5,6 @@ JSON with the descriptions of all arrays. Then it writes, for each array, one li
 The process imports only the subpackage `base` of HystFMU.
 """
 
-from __future__ import annotations
-
 import datetime
 import io
 import json
@@ -50,6 +48,17 @@ def since_first(times: np.ndarray) -> tuple[np.ndarray, str]:
     per_count = count * _SECONDS[name]
     counts = times.astype(np.int64)
     return (counts - counts[0]) * per_count, str(times[0])
+
+
+def timed(name: str, times: np.ndarray) -> list[Found]:
+    """Return a list with the description of an array (n,) of times or durations, which is empty for other arrays."""
+    if times.dtype.kind == "M" and times.ndim == 1 and len(times):
+        seconds, first = since_first(times)
+    elif times.dtype.kind == "m":
+        seconds, first = times / np.timedelta64(1, "s"), ""
+    else:
+        return []
+    return [Found(name, seconds.shape, seconds.nbytes, lambda: seconds, "s", first)]
 
 
 def serve(arrays: Callable[[str], tuple[Sequence[Found], list[str]]], words: Sequence[str]) -> None:
@@ -139,12 +148,9 @@ def _arrow_column(pa: Any, field: Any, column: Any) -> list[Found]:
     if pa.types.is_timestamp(kind) or pa.types.is_time(kind) or pa.types.is_date64(kind):
         scale = {"date64[day]": "ms", "date64[ms]": "ms"}.get(str(kind)) or kind.unit
         width = pa.int32() if pa.types.is_time32(kind) else pa.int64()
-        counts = column.cast(width).to_numpy().astype(np.int64)
-        seconds, first = since_first(counts.view(f"datetime64[{scale}]"))
-        return [Found(name, seconds.shape, seconds.nbytes, lambda: seconds, "s", first)]
+        return timed(name, column.cast(width).to_numpy().astype(np.int64).view(f"datetime64[{scale}]"))
     if pa.types.is_duration(kind):
-        found = column.to_numpy() / np.timedelta64(1, "s")
-        return [Found(name, found.shape, found.nbytes, lambda: found, "s")]
+        return timed(name, column.to_numpy())
     if pa.types.is_decimal(kind):
         column, kind = column.cast(pa.float64()), pa.float64()
     if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)):
@@ -286,12 +292,8 @@ def numpy_files(source: str) -> Told:
 def _numpy_array(name: str, array: np.ndarray) -> list[Found]:
     if array.dtype.names:
         return [f for n in array.dtype.names for f in _numpy_array(n, array[n])]
-    if array.dtype.kind == "m":
-        return [Found(name, array.shape, array.nbytes, partial(np.divide, array, np.timedelta64(1, "s")), "s")]
-    if array.dtype.kind == "M" and array.ndim == 1 and len(array):
-        seconds, first = since_first(array)
-        return [Found(name, array.shape, array.nbytes, lambda: seconds, "s", first)]
-    return [Found(name, array.shape, array.nbytes, lambda: array)] if array.dtype.kind in "biuf" else []
+    numbers = [Found(name, array.shape, array.nbytes, lambda: array)] if array.dtype.kind in "biuf" else []
+    return timed(name, array) or numbers
 
 
 def tdms(source: str) -> Told:
@@ -315,8 +317,7 @@ def _tdms_channel(name: str, channel: Any) -> list[Found]:
     dtype = channel.dtype
     unit = next((str(channel.properties[k]) for k in UNITS if k in channel.properties), "")
     if dtype.kind == "M" and len(channel):
-        seconds, first = since_first(np.asarray(channel[:]))
-        return [Found(name, seconds.shape, seconds.nbytes, lambda: seconds, "s", first)]
+        return timed(name, np.asarray(channel[:]))
     if dtype.kind not in "biuf":
         return []
     found = [Found(name, (len(channel),), 8 * len(channel), partial(channel.__getitem__, slice(None)), unit)]

@@ -5,8 +5,6 @@ text above the first row of numbers. Lines above the headings are the preamble. 
 line is not a row of numbers, an error states its line number.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter

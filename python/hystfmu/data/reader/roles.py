@@ -1,7 +1,5 @@
 """Roles of columns (time, input, output), stated by the user or recognised by names and units of measure."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

@@ -16,62 +16,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Output
 from hystfmu.identify.estimate.free import Free
+from hystfmu.identify.solvers.trust_region import Coordinates
 from hystfmu.model import rows_of
 
-MARGIN = 1e-10  # distance of a start point from its bounds, relative to their difference or to 1
 DECADES = 3.0  # default bounds of a positive parameter: decades to both sides of its value
 WIDE = 10.0  # default bounds of other parameters: multiple of the absolute value (at least of 1) to both sides of 0
 LARGE = 1e5  # a limit of a block above this value is not used as a bound
 RATIO = 10.0  # bound of the logarithm of the ratio of an element to the last element, if the sum is given
 STEP = 0.3  # scale of a logarithm
 SHARE = 0.1  # scale of other coordinates, relative to the difference of their bounds
-
-
-@dataclass(frozen=True)
-class Coordinates:
-    """The coordinates (n,) of a search, with their bounds `lo` and `hi`.
-
-    `scale` contains a step size for each coordinate, chosen so that all steps change the output by similar amounts. The
-    function `values` returns the parameter values at a point (n,), by the names ``node.parameter``. It returns complete
-    arrays, even if only some elements are free.
-    """
-
-    lo: Array
-    hi: Array
-    scale: Array
-    values: Callable[[Array], Mapping[str, ArrayLike]]
-
-    def inside(self, p: Array) -> Array:
-        """Return the point p, moved inside its bounds."""
-        room = MARGIN * np.minimum(np.maximum(self.hi - self.lo, 0.0), 1.0)
-        return np.clip(p, self.lo + room, self.hi - room)
-
-    def at_bounds(self, p: Array) -> NDArray[np.bool_]:
-        """Return for each coordinate whether it is at a bound, shape (n,)."""
-        room = 1e-6 * np.where(np.isfinite(self.hi - self.lo), self.hi - self.lo, 1.0)
-        found: NDArray[np.bool_] = (p < self.lo + room) | (p > self.hi - room)
-        return found
-
-    def only(self, moved: NDArray[np.bool_], p: Array) -> Coordinates:
-        """Return the coordinates selected by `moved` (n,); the other coordinates are fixed to their values in `p`."""
-
-        def values(q: Array) -> Mapping[str, ArrayLike]:
-            return self.values(self.joined(moved, p, q))
-
-        return Coordinates(self.lo[moved], self.hi[moved], self.scale[moved], values)
-
-    @staticmethod
-    def joined(moved: NDArray[np.bool_], p: Array, q: Array) -> Array:
-        """Return the point `p` (n,) with the values `q` for the coordinates selected by `moved`."""
-        whole = p.copy()
-        whole[moved] = q
-        return whole
 
 
 def default_bounds(free: Free, graph: Graph, data: Dataset) -> tuple[float, float]:

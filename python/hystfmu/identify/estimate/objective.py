@@ -20,9 +20,9 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
-from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.runs import DIFFERENCE, Runs
 from hystfmu.identify.solvers.nonnegative import nonnegative
+from hystfmu.identify.solvers.trust_region import Coordinates
 from hystfmu.model import rows_of
 
 TURN = 1e-5  # finite difference of a coordinate, relative to its scale

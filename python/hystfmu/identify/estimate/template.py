@@ -24,13 +24,13 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Built, Options
-from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, told
 from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import best_of, correlation_time, determined, refined, search, standard_errors
+from hystfmu.identify.estimate.search import best_of, determined, search
 from hystfmu.identify.estimate.weighted import Weighted
 from hystfmu.identify.estimate.weighted import search as search_dynamics
 from hystfmu.identify.graphs import device, wired
+from hystfmu.identify.solvers.trust_region import Coordinates, correlation_time, refined, standard_errors
 
 MOST_ROWS = 5000  # maximum number of rows in the first two stages; more rows are thinned evenly after the simulation
 ENOUGH = 3e-3  # RMS error, relative to the span, below which no further start value is tried

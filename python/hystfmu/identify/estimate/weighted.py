@@ -16,8 +16,8 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify.catalogue import Options
 from hystfmu.identify.estimate.dynamics import Beside, Dynamics, bounds
-from hystfmu.identify.estimate.search import Differences, refined, standard_errors
 from hystfmu.identify.evidence import Evidence, evidence
+from hystfmu.identify.solvers.trust_region import Differences, refined, standard_errors
 
 RATED = 1500  # minimum number of rows on which start points are compared; more rows are thinned evenly
 DEPENDENT = 1e-10  # relative singular value of normalised columns below which a combination counts as dependent

@@ -1,22 +1,25 @@
 """Fit of modes and a delay to records, by weighted least squares over the bins of their Fourier transforms.
 
 The output is a sum of columns with linear weights. The columns depend on the frequencies and damping ratios of the
-modes and on the delay, which the Levenberg-Marquardt method determines. The linear weights are computed for each trial
-(variable projection: Golub & Pereyra 1973, SIAM J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975).
+modes and on the delay, which are searched. The linear weights are computed for each trial (variable projection: Golub &
+Pereyra 1973, SIAM J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hystfmu.base.arrays import Array
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure
+from hystfmu.identify.solvers.trust_region import Differences, refined
 
-STEP = 1e-4  # finite differences of the Jacobian: of ln f_n (times min(1, zeta)), of ln zeta, and of the delay in steps
-MOST_STEPS = 12
+SCALE, STEP = 0.1, 1e-4  # scale of all parameters; finite differences, relative to it
+EVALUATIONS, TOLERANCE = 15, 3e-6  # maximum number of evaluations of errors and Jacobian; change that ends a search
 CLUSTERS = 60  # number of clusters of neighbouring bins, whose errors can be correlated
 LEAST_ZETA, MOST_ZETA = 1e-3, 3.0
 DEPENDENT = 1e-9  # a normalised column with a smaller component orthogonal to the previous columns is omitted
@@ -29,31 +32,33 @@ HIGHEST = 0.35  # largest frequency of a known mode, relative to the sampling ra
 class Fitted:
     """Result of the fit of modes and a delay.
 
-    ``p`` contains ln f_n and ln zeta of each mode, and the delay in steps. ``gain`` contains the weights of the modes
-    and of the rest column, which is the delayed input. ``error`` is the weighted sum of squares over ``count`` real and
-    imaginary parts. ``covariance`` is the covariance matrix of p and gain, in this order. ``decay`` contains the
-    weights of the free decays. If the fit has no rest column, ``rest_se`` is the standard error that the weight of this
-    column would have.
+    ``p`` contains ln f_n and ln zeta of each mode, and the delay in steps. ``weights`` contains the weights of the
+    modes, of the rest column, which is the delayed input, and of the free decays. ``error`` is the weighted sum of
+    squares over ``count`` real and imaginary parts. ``covariance`` is the covariance matrix of p and gain, in this
+    order. If the fit has no rest column, ``rest_se`` is the standard error that the weight of this column would have.
     """
 
     structure: Structure
     p: Array
-    gain: Array
+    weights: Array
     error: float
     count: int
     covariance: Array
-    decay: Array
     rest_se: float = 0.0
+
+    @property
+    def gain(self) -> Array:
+        """Weights of the modes and of the rest column."""
+        return self.weights[: self.structure.modes + self.structure.rest]
 
     @property
     def misfit(self) -> float:
         """Mean square of the weighted errors per degree of freedom. It is 1 if the errors are only noise."""
-        return self.error / max(self.count - len(self.p) - len(self.gain) - len(self.decay), 1)
+        return self.error / max(self.count - len(self.p) - len(self.weights), 1)
 
     def left(self, problem: Problem) -> Array:
         """Return the measured output (n,) minus modes, rest column and free decays; slow parts are not subtracted."""
-        made = problem.columns(self.structure, self.p) @ self.gain
-        return np.asarray(problem.seen.y - (made + problem.decays(self.structure, self.p) @ self.decay))
+        return np.asarray(problem.seen.y - problem.columns(self.structure, self.p) @ self.weights)
 
     def known(self, seen: Seen) -> NDArray[np.bool_]:
         """Return for each mode whether the record determines it.
@@ -80,20 +85,17 @@ class Fitted:
 
 def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
     """Fit modes and a delay to the records of `problem`; `start` is the start value of the parameters p."""
-    slow, target = problem.slow_rows(), problem.rows(problem.seen.y[:, None])
-    base = np.linalg.qr(slow)[0]
-    target = (target - base @ (base.T @ target))[:, 0]
+    base = np.linalg.qr(problem.slow_rows())[0]
 
-    def free(rows: Array) -> Array:
+    def free(columns: Array) -> Array:
+        rows = problem.rows(columns)
         return rows - base @ (base.T @ rows)
 
-    n = structure.modes + structure.rest
+    target = free(problem.seen.y[:, None])[:, 0]
 
-    def linear(p: Array) -> Array:
-        return free(problem.rows(np.hstack([problem.columns(structure, p), problem.decays(structure, p)])))
-
-    def at(p: Array) -> tuple[float, Array, Array, Array]:
-        c = linear(p)
+    @lru_cache(maxsize=1)  # the errors, the derivatives and the result are those of one point
+    def solved(key: bytes) -> tuple[Array, Array, Array, Array]:
+        c = free(problem.columns(structure, np.frombuffer(key)))
         size = np.linalg.norm(c, axis=0)
         size[size == 0] = 1.0
         q, r = np.linalg.qr(c / size)
@@ -102,66 +104,22 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
         q, r = q[:, used], r[np.ix_(used, used)]
         gain, along = np.zeros(len(used)), q.T @ target
         gain[used] = np.linalg.solve(r, along) / size[used]
-        e = target - q @ along
-        return float(e @ e), gain, q, e
+        return q @ along - target, gain, q, c
 
-    def slopes(p: Array, gain: Array) -> Array:
-        made = []
-        here = problem.columns(structure, p)
-        for k in range(structure.modes):
-            for j, d in ((0, STEP * min(1.0, np.exp(p[2 * k + 1]))), (1, STEP)):
-                moved = p.copy()
-                moved[2 * k + j] += d
-                change = (problem.column(moved, k) - here[:, k]) * gain[k]
-                mine = gain[n:].reshape(max(structure.modes, 1), -1)[k]
-                if mine.any():
-                    change = change + (problem.decay(moved, k) - problem.decay(p, k)) @ mine
-                made.append(change / d)
-        moved = p.copy()
-        moved[-1] += STEP
-        made.append((problem.columns(structure, moved) - here) @ gain[:n] / STEP)
-        return free(problem.rows(np.column_stack(made)))
+    def held(p: Array) -> tuple[Callable[[Array], Array], Array]:
+        _, gain, q, _ = solved(p.tobytes())
+        return lambda p: free(problem.columns(structure, p) @ gain[:, None])[:, 0], q
 
-    lo, hi = _bounds(problem, structure)
-    p = np.clip(start, lo, hi)
-    error, gain, q, e = at(p)
-    damping = 1e-3
-    for _ in range(MOST_STEPS):
-        j = slopes(p, gain)
-        j -= q @ (q.T @ j)
-        size = np.linalg.norm(j, axis=0)
-        size[size == 0] = 1.0
-        better = False
-        for _ in range(5):
-            stacked = np.vstack([j / size, np.sqrt(damping) * np.eye(len(p))])
-            step = np.linalg.lstsq(stacked, np.concatenate([e, np.zeros(len(p))]), rcond=None)[0] / size
-            step = np.clip(step, -0.5, 0.5)
-            trial = np.clip(p + step, lo, hi)
-            new = at(trial)
-            if new[0] < error:
-                better = True
-                break
-            damping = max(damping * 8, 1e-6)
-        if not better:
-            break
-        gone, moved = (
-            error - new[0],
-            np.max(np.abs(trial - p) / np.append(np.tile([1e-7, 1e-5], structure.modes), 1e-5)),
-        )
-        p, (error, gain, q, e) = trial, new
-        damping = max(damping / 8, 1e-9)
-        if gone < 3e-6 * error or moved < 1:
-            break
-    told = len(p) + n
-    covariance = _covariance(np.hstack([slopes(p, gain), linear(p)]), e)[:told, :told]
-    return Fitted(structure, p, gain[:n], error, len(e), covariance, gain[n:])
-
-
-def _bounds(problem: Problem, structure: Structure) -> tuple[Array, Array]:
-    longest = max(r.stop - r.start for r in problem.seen.records) * problem.seen.h
-    low = np.append(np.tile([np.log(1 / longest), np.log(LEAST_ZETA)], structure.modes), -1.0)
-    high = np.append(np.tile([np.log(0.5 / problem.seen.h), np.log(MOST_ZETA)], structure.modes), MOST_DELAY)
-    return low, high
+    longest, m = max(r.stop - r.start for r in problem.seen.records) * problem.seen.h, structure.modes
+    low = np.append(np.tile([np.log(1 / longest), np.log(LEAST_ZETA)], m), -1.0)
+    high = np.append(np.tile([np.log(0.5 / problem.seen.h), np.log(MOST_ZETA)], m), MOST_DELAY)
+    errors = Differences(lambda p: solved(p.tobytes())[0], np.full(len(low), SCALE), (low, high), STEP, held)
+    found = refined(errors, start, EVALUATIONS, TOLERANCE)
+    e, gain, _, c = solved(found.p.tobytes())
+    n = structure.modes + structure.rest
+    told = len(found.p) + n
+    covariance = _covariance(np.hstack([errors.slopes(found.p)[0], c]), e)[:told, :told]
+    return Fitted(structure, found.p, gain, 2 * found.cost, len(e), covariance)
 
 
 def _covariance(j: Array, e: Array) -> Array:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from hystfmu.identify.evidence.spectra import CELL, Cells, Response, Window, smo
 INEXACT = 0.01  # assumed error of the hysteresis model and of the interpolated input, relative to the output in a cell
 BEYOND = 1.15  # highest frequency of a fit, relative to the highest coherent frequency
 MOST_PARABOLAS, MOST_DECAYS = 8, 3  # with more records, the parabolas or the free decays are omitted
+STORED = 6  # number of stored responses of modes
 
 
 @dataclass(frozen=True)
@@ -117,38 +118,29 @@ class Problem:
         return np.concatenate([run(self.v[r]) for r in self.seen.records])
 
     def columns(self, structure: Structure, p: Array) -> Array:
-        """Return the responses of all modes and the rest column, (n, modes + rest), for the parameters p."""
-        h, delay = self.seen.h, float(p[-1]) * self.seen.h
+        """Return the responses of all modes, the rest column, and free decays, (n, modes + rest + decays), for p."""
+        modes = [self.mode(float(p[2 * k]), float(p[2 * k + 1]), float(p[-1])) for k in range(structure.modes)]
+        delay, h = float(p[-1]) * self.seen.h, self.seen.h
+        rest = [self.along(lambda v: behind_delay(v, delay, h, self.hold))] * structure.rest
+        return np.vstack([*(mode[:1] for mode in modes), *rest, *(mode[1:] for mode in modes)]).T
 
-        def run(v: Array) -> Array:
-            made = [self._mode(v, p, k) for k in range(structure.modes)]
-            return np.column_stack([*made, *([behind_delay(v, delay, h, self.hold)] if structure.rest else [])])
+    @cached_property
+    def mode(self) -> Callable[[float, float, float], Array]:
+        """Function `_mode`, which stores its last results: a search changes the parameters of one mode at a time."""
+        return lru_cache(maxsize=STORED)(self._mode)
 
-        return self.along(run)
+    def _mode(self, ln_f: float, ln_zeta: float, steps: float) -> Array:
+        """Return the response of a mode with a delay to the input, and its free decays in all records.
 
-    def column(self, p: Array, k: int) -> Array:
-        """Return the response (n,) of mode k to the input for the parameters p."""
-        return self.along(lambda v: self._mode(v, p, k))
-
-    def _mode(self, v: Array, p: Array, k: int) -> Array:
-        f_n, zeta = (float(np.exp(p[2 * k + j])) for j in range(2))
-        return behind_mode(v, f_n, zeta, float(p[-1]) * self.seen.h, self.seen.h, self.hold)
-
-    def decays(self, structure: Structure, p: Array) -> Array:
-        """Return the free decays of all modes in all records, (n, 2 * modes * records).
-
-        Free decays represent a motion of the device at the beginning of a record.
+        The shape is (1 + 2 * records, n). Free decays represent a motion of the device at the beginning of a record.
         """
-        parts = [self.decay(p, k) for k in range(structure.modes)]
-        return np.hstack(parts) if parts else np.zeros((len(self.v), 0))
-
-    def decay(self, p: Array, k: int) -> Array:
-        """Return the free decays of mode k in all records, (n, 2 * records)."""
+        f_n, zeta, h = float(np.exp(ln_f)), float(np.exp(ln_zeta)), self.seen.h
         some = self.seen.records if len(self.seen.records) <= MOST_DECAYS else ()
-        out = np.zeros((len(self.v), 2 * len(some)))
+        out = np.zeros((1 + 2 * len(some), len(self.v)))
+        out[0] = self.along(lambda v: behind_mode(v, f_n, zeta, steps * h, h, self.hold))
         for i, r in enumerate(some):
-            made = free_decay(r.stop - r.start, float(np.exp(p[2 * k])), float(np.exp(p[2 * k + 1])), self.seen.h)
-            out[r, 2 * i], out[r.start + 1 : r.stop, 2 * i + 1] = made, made[:-1]
+            made = free_decay(r.stop - r.start, f_n, zeta, h)
+            out[2 * i + 1, r], out[2 * i + 2, r.start + 1 : r.stop] = made, made[:-1]
         return out
 
     def slow_rows(self) -> Array:

@@ -29,10 +29,9 @@ from numpy.typing import NDArray
 from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
-from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.runs import Runs
-from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.features.smooth_density import triangles
+from hystfmu.identify.solvers.trust_region import Coordinates, Differences, refined
 
 HELD = 1e-9  # range of the shift of the centre in the search of all coefficients
 MARGIN = 0.1  # distance of the grid from the largest input, relative to half of its range

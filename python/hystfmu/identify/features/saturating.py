@@ -26,9 +26,8 @@ from scipy.sparse import csr_array, vstack
 
 from hystfmu.base.arrays import Array
 from hystfmu.graph.splines import uniform_splines
-from hystfmu.identify.estimate.coordinates import Coordinates
-from hystfmu.identify.estimate.search import refined
 from hystfmu.identify.solvers.nonnegative import nonnegative
+from hystfmu.identify.solvers.trust_region import Coordinates, refined
 from hystfmu.model.accuracy import rms
 
 Rows = NDArray[np.intp]

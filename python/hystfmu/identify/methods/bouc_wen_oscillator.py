@@ -23,10 +23,10 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row
-from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
 from hystfmu.identify.estimate.search import determined, search
 from hystfmu.identify.graphs import device
+from hystfmu.identify.solvers.trust_region import Coordinates
 
 TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"
 EVALUATIONS = (8, 60)  # maximum number of evaluations of residuals and Jacobian: per start value, for the best one

@@ -31,12 +31,12 @@ from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.recursion import lag
 from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.cuts import fitted_and_held
-from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.estimate.template import bounded, limits
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.graphs import device, scaled_input
 from hystfmu.identify.methods.bouc_wen import point, shape, variables
+from hystfmu.identify.solvers.trust_region import Differences, refined
 from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator with a curve, lags and dashpots: spring, damper, creep"

@@ -30,10 +30,10 @@ from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.cuts import fitted_and_held
-from hystfmu.identify.estimate.search import Differences, refined
 from hystfmu.identify.features.plays import DEAD_BAND
 from hystfmu.identify.features.saturating import Level, Path, Problem, Rows, Saturating, started
 from hystfmu.identify.graphs import device, scaled_input, wired
+from hystfmu.identify.solvers.trust_region import Differences, refined
 from hystfmu.model.accuracy import rms
 
 TEXT = "slopes for rising and falling input, polynomial or saturating, least squares, refined on the free run"

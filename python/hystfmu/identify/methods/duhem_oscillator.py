@@ -26,11 +26,11 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row
-from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Objective
-from hystfmu.identify.estimate.search import determined, refined
+from hystfmu.identify.estimate.search import determined
 from hystfmu.identify.graphs import device
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
+from hystfmu.identify.solvers.trust_region import Coordinates, refined
 
 TEXT = "oscillator with a Duhem force of free shape, least squares on the free run"
 KNOTS = (5, 9, 17)  # numbers of knots of f; a finer grid contains the knots of the coarser grid, and 0 is a knot

@@ -18,11 +18,11 @@ from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LATE, Built, Candidate, Option, Options, Row
-from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.search import determined, search
 from hystfmu.identify.estimate.template import Variable, bounded, limits
 from hystfmu.identify.graphs import device
+from hystfmu.identify.solvers.trust_region import Coordinates
 
 TEXT = "LuGre friction over a displacement, beside a spring, variable projection"
 DEFLECTIONS, SPEEDS = (0.02, 0.1, 0.005), (0.1, 0.02)  # start values of d_c and v_s

@@ -23,12 +23,12 @@ from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.graph.recursion import discretised
 from hystfmu.identify.catalogue import ANY, Built, Candidate, Options, Row
-from hystfmu.identify.estimate.coordinates import Coordinates
 from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import determined, refined
+from hystfmu.identify.estimate.search import determined
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
+from hystfmu.identify.solvers.trust_region import Coordinates, refined
 from hystfmu.model import run_along
 
 TEXT = "oscillator with Maxwell-slip friction, non-negative least squares, refined on the free run"

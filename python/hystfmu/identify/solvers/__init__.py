@@ -1,1 +1,1 @@
-"""Least-squares solvers: linear with a ridge, non-negative, and nonlinear for networks."""
+"""Least-squares solvers: linear with a ridge, non-negative, by trust-region steps, and nonlinear for networks."""

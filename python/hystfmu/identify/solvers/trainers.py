@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
+from warnings import catch_warnings
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -18,9 +19,8 @@ from hystfmu.base.arrays import Array, Progress, silent
 
 ORTHOGONAL = 0.2  # limit of |g_{k-1}'g_k| / |g_k|^2 above which the directions restart (Powell)
 ENOUGH = 1e-4  # smallest fraction of the predicted decrease that a step must achieve (Armijo)
-TRIALS = 20  # maximum number of evaluations per line search
-NOISE = 1e-14  # relative rounding error of a function value
-FLAT = 1e-6  # relative difference of two values below which the interpolation uses only their slopes
+
+
 PAIRS = 20  # number of previous steps that L-BFGS stores
 
 Gradient = Callable[[Array], tuple[float, Array]]
@@ -111,29 +111,42 @@ def conjugate_gradients(
     12, 241-254), after n steps, and if d_k is not a descent direction.
 
     `function` returns the value and the gradient (n,) at a point (n,). A line search ends when the absolute slope has
-    decreased to the fraction `slope`; conjugate directions need a fraction of about 0.1 or less. The iterations end
-    when the largest component of the gradient is at most `gradient`. The result is the minimum (n,), its value, and the
+    decreased to the fraction `slope`; conjugate directions need a fraction of about 0.1 or less. Trap: the search of
+    scipy makes only ten trials in an interval, so it may not reach a fraction below 1e-4. The iterations end when
+    the largest component of the gradient is at most `gradient`. The result is the minimum (n,), its value, and the
     number of iterations, which is smaller than `iterations` if a minimum was found.
     """
+    from scipy.optimize import line_search
+
+    call: Any = line_search  # its stubs do not accept lambdas
+    last: tuple[bytes, float, Array] = b"", 0.0, p
+
+    def at(p: Array) -> tuple[float, Array]:
+        nonlocal last
+        if last[0] != (key := p.tobytes()):
+            last = key, *function(p)
+        return last[1:]
+
     p = np.array(p, dtype=np.float64)
-    value, g = function(p)
-    d, since, step = -g, 0, 1.0 / max(1.0, float(np.linalg.norm(g)))
+    value, g = at(p)
+    d, since, before = -g, 0, value + float(np.linalg.norm(g)) / 2
     d_t, y_t = d, np.zeros_like(g)
     for k in range(iterations):
         progress(k / iterations)
         if np.abs(g).max() <= gradient:
             return p, value, k
-        along = float(d @ g)
-        if not along < 0:
-            d, since, along = -g, 0, -float(g @ g)
-        found = _line_search(p, d, value, along, step, function, slope)
-        if found is None:  # no decrease along d: try -g; if this fails too, rounding errors prevent a further decrease
+        if not d @ g < 0:
+            d, since = -g, 0
+        with catch_warnings(action="ignore"):  # of a search that finds no point
+            least = min(ENOUGH, slope / 2)
+            a = call(lambda x: at(x)[0], lambda x: at(x)[1], p, d, g, value, before, c1=least, c2=slope)[0]
+        if a is None:  # no decrease along d: try -g; if this fails too, rounding errors prevent a further decrease
             if since == 0:
                 return p, value, k
             d, since = -g, 0
             continue
-        a, value, new = found
-        p = p + a * d
+        p, before = p + a * d, value
+        value, new = at(p)
         y = new - g
         if since == 0:
             d_t, y_t = d, y
@@ -144,65 +157,8 @@ def conjugate_gradients(
             if since > 0:
                 following += (new @ y_t) / (d_t @ y_t) * d_t
             since += 1
-        slope_next = float(following @ new)
-        step = a * along / slope_next if slope_next < 0 else a  # predicts the decrease of the last step
         d, g = following, new
     return p, value, iterations
-
-
-def _line_search(
-    p: Array, d: Array, value: float, along: float, step: float, function: Gradient, slope: float
-) -> tuple[float, float, Array] | None:
-    """Return step, value and gradient of a point that meets the strong Wolfe conditions; None if none is found.
-
-    The search first finds an interval that contains such a point, and then uses cubic interpolation (Nocedal & Wright,
-    Numerical Optimization, algorithms 3.5 and 3.6).
-    """
-    low: tuple[float, float, float] = (0.0, value, along)  # step, value, slope of the best point
-    high: tuple[float, float, float] | None = None  # the minimum lies between low and high
-    best: Array | None = None
-    a, noise = step, NOISE * abs(value)
-    for _ in range(TRIALS):
-        f, g = function(p + a * d)
-        here = (a, f, float(g @ d))
-        if not (np.isfinite(f) and f <= value + ENOUGH * a * along + noise and f <= low[1] + noise):
-            high = here
-        else:
-            direction = 1.0 if high is None else high[0] - low[0]
-            if here[2] * direction >= 0:
-                high = low
-            low, last, best = here, low, g
-            if abs(here[2]) <= -slope * along:
-                break
-            if high is None:
-                a = _between(last, low, low[0] * 1.1, low[0] * 10)
-                continue
-        lo, hi = sorted((low[0], high[0]))
-        if hi - lo <= 1e-14 * hi:
-            break
-        margin = 0.01 * (hi - lo)
-        a = _between(low, high, lo + margin, hi - margin)
-    return None if best is None else (low[0], low[1], best)
-
-
-def _between(a: tuple[float, float, float], b: tuple[float, float, float], lo: float, hi: float) -> float:
-    """Return the minimum, between lo and hi, of the cubic through two points with given slopes.
-
-    If the cubic has no minimum, the result is the middle of the interval.
-    """
-    if not np.isfinite(b[1]) or not np.isfinite(b[2]):
-        return (lo + hi) / 2
-    if abs(a[1] - b[1]) <= FLAT * abs(a[1]) and a[2] * b[2] < 0:  # by the slopes alone
-        return float(min(max(a[0] + (b[0] - a[0]) * a[2] / (a[2] - b[2]), lo), hi))
-    d1 = a[2] + b[2] - 3 * (a[1] - b[1]) / (a[0] - b[0])
-    under = d1 * d1 - a[2] * b[2]
-    if not under >= 0:
-        return (lo + hi) / 2
-    d2 = np.copysign(np.sqrt(under), b[0] - a[0])
-    below = b[2] - a[2] + 2 * d2
-    if below == 0:
-        return (lo + hi) / 2
-    return float(min(max(b[0] - (b[0] - a[0]) * (b[2] + d2 - d1) / below, lo), hi))
 
 
 def lbfgs(p: Array, function: Gradient, iterations: int, progress: Progress = silent) -> tuple[Array, float]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.modelica import classes
-from hystfmu.modelica.actuator.slot import Slot, behind, lags, limits, numbers, static_gain, value, zones
+from hystfmu.modelica.actuator.slot import Slot, after, behind, lags, limits, numbers, static_gain, value, zones
 from hystfmu.modelica.literals import number
 from hystfmu.modelica.measures import si, to_si
 
@@ -185,15 +185,14 @@ def bouc_wen(graph: Graph, h: float) -> Slot | None:
     if len(totals) != 1:
         return None
     total, x, z = totals[0], f"{first.name}.y", f"{operator.name}.z"
-    last = list(graph.nodes[graph.nodes.index(total) + 1 :])
-    places = iter(["transfer_function", "delay", "scaling"])
-    if not all(n.type in places for n in last) or (x, f"{operator.name}.u") not in graph.wires:
+    last = after(graph, total)
+    if last is None or (x, f"{operator.name}.u") not in graph.wires:
         return None
     beside = _beside(graph, nodes, total, (x, z), FASTEST * h)
     if beside is None:
         return None
     w0, w, values, at_0, curve = beside
-    scale, offset, left_out = behind({n.type: n for n in last})
+    scale, offset, left_out = behind(last)
     A, beta, gamma, n, z0 = (value(operator, k) for k in ("A", "beta", "gamma", "n", "z0"))
     bound = (A / (beta + gamma)) ** (1 / n)
     values |= {k: number(v) for k, v in (("A", A), ("beta", beta), ("gamma", gamma), ("knee", n), ("w0", w0), ("w", w))}

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.modelica import classes
-from hystfmu.modelica.actuator.slot import Slot, behind, limits, numbers, value
+from hystfmu.modelica.actuator.slot import Slot, after, behind, limits, numbers, value
 from hystfmu.modelica.literals import array, number
 
 DUHEM = ["scaling", "duhem", "scaling"]
@@ -58,7 +59,6 @@ def _slope(node: Node, x: Array, w: Array, way: str) -> Array:
 
 
 MOST_FIELD = 3.0  # largest scaled field in the fits: half of the range is 1, and the bias is at most 2
-BEHIND = ("transfer_function", "delay", "scaling")
 
 
 def magnetic(graph: Graph) -> Slot | None:
@@ -75,21 +75,19 @@ def magnetic(graph: Graph) -> Slot | None:
         return None
     first, operator = graph.nodes[:2]
     squares = [n for n in graph.nodes if n.type == "product"]
-    last = list(graph.nodes[graph.nodes.index(total) + 1 :])
-    places = iter(BEHIND)
-    if len(squares) > 1 or not all(n.type in places for n in last):
+    last = after(graph, total)
+    if len(squares) > 1 or last is None:
         return None
     parts = [f"{first.name}.y", f"{operator.name}.y", *(f"{n.name}.y" for n in squares)]
     wires = {f"{total.name}.u[{i + 1}]": part for i, part in enumerate(parts)}
     wires |= {f"{operator.name}.u": parts[0], **{f"{n.name}.u[{i}]": parts[1] for n in squares for i in (1, 2)}}
-    chain = [total, *last]
-    wires |= {f"{b.name}.u": f"{a.name}.y" for a, b in zip(chain, last, strict=False)}
+    wires |= {f"{b.name}.u": f"{a.name}.y" for a, b in pairwise([total, *last.values()])}
     if {(a, b) for b, a in wires.items()} != set(graph.wires) or len(nodes) != 3 + len(squares) + len(last):
         return None
     Ms, a, k, c, alpha = (value(operator, key) for key in ("Ms", "a", "k", "c", "alpha"))
     w0, w, w2 = (*(float(x) for x in total.value("k")), 0.0)[:3]
     w, w2, alpha = w * Ms, w2 * Ms**2, alpha * Ms
-    scale, offset, left_out = behind({n.type: n for n in last})
+    scale, offset, left_out = behind(last)
     least = c / a * _langevin_slope((MOST_FIELD + abs(alpha)) / a)
     least = w0 + (w - 2 * abs(w2)) * least / (1 - alpha * least)
     values = {"a": a, "k": k, "c": c, "alpha": alpha, "w0": w0, "w": w, "w2": w2, "m_start": value(operator, "m0") / Ms}

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hystfmu.base.arrays import Array
-from hystfmu.graph import Node
+from hystfmu.graph import Graph, Node
 from hystfmu.modelica.literals import array, number
 
 KNOTS = 24  # of the static nonlinearity; every knot costs computing time at every step
@@ -59,6 +59,16 @@ def numbers(node: Node, *keys: str) -> dict[str, str]:
 def limits(node: Node) -> dict[str, str]:
     """Return the lower and upper limit of the grid of a block as Modelica literals, by name."""
     return {k: number(value(node, k)) for k in ("lo", "hi")}
+
+
+def after(graph: Graph, total: Node) -> dict[str, Node] | None:
+    """Return the blocks after the node `total` by type: linear dynamics, delay and scaling, each at most once.
+
+    The result is None if another block follows, or if their order is different.
+    """
+    last = list(graph.nodes[graph.nodes.index(total) + 1 :])
+    places = iter(("transfer_function", "delay", "scaling"))
+    return {n.type: n for n in last} if all(n.type in places for n in last) else None
 
 
 def behind(at: Mapping[str, Node]) -> tuple[float, float, list[str]]:

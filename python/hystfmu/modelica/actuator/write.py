@@ -5,9 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape
+from hystfmu.base import Array, InputError, escape
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 from hystfmu.modelica import classes
@@ -16,7 +14,7 @@ from hystfmu.modelica.actuator.mechanics import FORMS, Form, Mechanics, Mode, Sh
 from hystfmu.modelica.actuator.operators import magnetic, network, operator
 from hystfmu.modelica.actuator.slot import Slot, static_gain
 from hystfmu.modelica.layout import placed
-from hystfmu.modelica.literals import number, string
+from hystfmu.modelica.literals import class_text, information, link, number, string
 from hystfmu.modelica.measures import si
 from hystfmu.modelica.record import span
 
@@ -216,14 +214,9 @@ def actuator(model: Model, a: Made, name: str, within: str, history: str = "") -
     given = [f"{k} = {v}" for k, v in values.items()]
     own.insert(0, f"u_start = {values[form.start]}")
     given.append(f"redeclare HystFMU.Actuators.Hysteresis.{s.name} hysteresis({', '.join(own)})")
-    modifiers = ",\n    ".join(given)
-    return f"""within {within};
-model {name} "{form.text} with the identified hysteresis, in SI units"
-  extends HystFMU.Actuators.BaseClasses.{form.base}(
-    {modifiers});
-  annotation (Documentation(info = {string(_documentation(model, a, within, history))}));
-end {name};
-"""
+    lines = [f"  extends HystFMU.Actuators.BaseClasses.{form.base}(", "    " + ",\n    ".join(given) + ");"]
+    text = f"{form.text} with the identified hysteresis, in SI units"
+    return class_text(f"model {name}", text, lines, string(_documentation(model, a, within, history)), within)
 
 
 def _documentation(model: Model, a: Made, within: str, history: str) -> str:
@@ -244,8 +237,8 @@ def _documentation(model: Model, a: Made, within: str, history: str) -> str:
         f"HystFMU.Actuators.Hysteresis.{a.slot.name}.</p>{history}"
         f"<p><b>Source:</b> a model of kind {escape(model.key)}; the limitations state all other sources.</p>"
         f"<p><b>Limitations:</b> {'; '.join(limits)}.</p>"
-        f'<p><b>Example:</b> <a href="modelica://{within}.ActuatorExample">ActuatorExample</a>.</p>'
-        f'<p><b>See also:</b> <a href="modelica://{base}">{base}</a>.</p></html>'
+        f"<p><b>Example:</b> {link(f'{within}.ActuatorExample', 'ActuatorExample')}.</p>"
+        f"<p><b>See also:</b> {link(base)}.</p></html>"
     )
 
 
@@ -280,6 +273,7 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
         moved = "The mass of the load equals the moving mass of the actuator, and is joined rigidly to the actuator."
     period = f"StopTime = {number(2 / frequency)}, Interval = {number(0.01 / frequency)}"
     lines = [
+        "  extends HystFMU.Icons.Example;",
         f"  HystFMU.Sources.DecayingSine command({signal}) annotation ({placed(-90, 0)});",
         f"  HystFMU.Actuators.{drive} annotation ({placed(-50, 0)});",
         f"  {of} actuator annotation ({placed(20, 0)});",
@@ -288,14 +282,11 @@ def actuator_example(a: Made, name: str, within: str, of: str) -> str:
         f"  HystFMU.Plants.SpringMassLoad load({load}) annotation ({placed(70, 0)});",
         "equation",
         *(_joined(*row) for row in _JOINED),
-        f'  annotation (experiment({period}, Tolerance = 1e-9), Documentation(info = "<html>',
-        f"<p>A drive, the actuator, and a mass on a spring. {moved}</p>",
-        f'<p><b>See also:</b> <a href=\\"modelica://{within}.{of}\\">{of}</a>.</p>',
-        '</html>"));',
-        f"end {name};\n",
     ]
-    text = "The actuator moves a mass on a spring"
-    return "\n".join([f"within {within};", f'model {name} "{text}"', "  extends HystFMU.Icons.Example;", *lines])
+    told = f"A drive, the actuator, and a mass on a spring. {moved}"
+    info = information(told, f"<b>See also:</b> {link(f'{within}.{of}', of)}.")
+    text, before = "The actuator moves a mass on a spring", f"experiment({period}, Tolerance = 1e-9), "
+    return class_text(f"model {name}", text, lines, info, within, before)
 
 
 def _drive(a: Made, frequency: float) -> str:

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 
@@ -38,6 +38,22 @@ def case_plots(system: System, trace: Trace) -> list[Plot]:
         lines = [Line(s, trace.t, trace[s]) for s in signals]
         plots.append(Plot(", ".join(signals), "t in s", value_label(system, signals), lines))
     return plots
+
+
+def compared(reached: Mapping[str, tuple[Array, Array, Array]], unit: str, points: int) -> list[Plot]:
+    """Return plots of reached over wanted outputs, then of the errors over time.
+
+    `reached` contains time (s), wanted and reached output, each of shape (n,), by the title of a plot. `unit` follows
+    the labels. `points` is the largest number of points of a loop.
+    """
+    loops = [
+        Plot(title, f"wanted{unit}", f"reached{unit}", [Line("reached", r, y)], points=points)
+        for title, (_, r, y) in reached.items()
+    ]
+    return loops + [
+        Plot(f"error {title}", "time (s)", f"error{unit}", [Line("reached - wanted", t, y - r)], envelope=True)
+        for title, (t, r, y) in reached.items()
+    ]
 
 
 def error_of(trace: Trace, tracked: MetricSpec) -> tuple[Array, Array]:

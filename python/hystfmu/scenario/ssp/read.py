@@ -110,24 +110,16 @@ class _Reader:
             raise self._wrong(f"scheme: must be gauss_seidel, jacobi or iterative; got {scheme!r}")
         return Case(
             scenario=self._path.stem,
-            about="",
             name="ssp",
-            text="",
             folder=self._folder,
             origin=str(self._path),
             step=step,
             stop=round(stop / step) * step,
-            ripple=1,
             order=order,
             coupling=CouplingSpec.model_validate({"scheme": cast(Scheme, scheme)}),
             units=units,
             connections=wired,
-            metrics={},
-            record=(),
-            loops=(),
-            delay="",
             tolerance=TOLERANCE,
-            overrides={},
         )
 
     def _number(self, text: str | None, what: str) -> float:

@@ -39,6 +39,7 @@ from hystfmu.scenario.system.spec import (
     read_scenario,
 )
 
+_SAME = ("step", "ripple", "delay", "tolerance", "guard", "tube", "final_states")  # keys that no case overrides
 MOST_STEPS = 20_000_000  # largest number of fine steps in one case
 NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _END = re.compile(rf"({NAME})\.({NAME})\Z")
@@ -49,24 +50,24 @@ class Case:
     """One complete case of a scenario."""
 
     scenario: str
-    about: str
     name: str
-    text: str
     folder: Path | None
     """Folder of the files. None if the case was built in Python and uses the content of `attached`."""
     step: float
     stop: float
-    ripple: int
     order: tuple[str, ...]
     coupling: CouplingSpec
     units: dict[str, UnitSpec]
     connections: dict[str, str]
-    metrics: dict[str, MetricSpec]
-    record: tuple[str, ...]
-    loops: tuple[tuple[str, str], ...]
-    delay: str
     tolerance: float
-    overrides: dict[str, Any]
+    about: str = ""
+    text: str = ""
+    ripple: int = 1
+    metrics: dict[str, MetricSpec] = field(default_factory=dict)
+    record: tuple[str, ...] = ()
+    loops: tuple[tuple[str, str], ...] = ()
+    delay: str = ""
+    overrides: dict[str, Any] = field(default_factory=dict)
     """Overrides from the command line. They apply if the unit and the parameter exist."""
     guard: float | None = None
     tube: TubeSpec | None = None
@@ -227,21 +228,16 @@ class Cases:
             if name not in s.metrics:
                 raise InputError(f"{where}: limits: no metric {name!r}; there are {sorted(s.metrics)}")
         for name, m in s.metrics.items():
-            update: dict[str, float] = {}
-            if name in c.limits:
-                update["limit"] = c.limits[name]
-            if c.after is not None:
-                update["after"] = c.after
-            metrics[name] = m.model_copy(update=update)
+            update = {"limit": c.limits.get(name), "after": c.after}
+            metrics[name] = m.model_copy(update={k: v for k, v in update.items() if v is not None})
+        same: dict[str, Any] = {k: getattr(s, k) for k in _SAME}
         case = Case(
             scenario=s.name,
             about=s.text,
             name=c.name,
             text=c.text,
             folder=self.folder,
-            step=s.step,
             stop=c.stop if c.stop is not None else s.stop,
-            ripple=s.ripple,
             order=tuple(c.order if c.order is not None else [*s.order, *(u for u in c.units if u not in s.units)]),
             coupling=coupling,
             units=units,
@@ -249,14 +245,10 @@ class Cases:
             metrics=metrics,
             record=tuple(s.record),
             loops=tuple((a, b) for a, b in s.loops),
-            delay=s.delay,
-            tolerance=s.tolerance,
-            guard=s.guard,
-            tube=s.tube,
-            final_states=s.final_states,
             origin=self.origin,
             attached=self.attached,
             overrides=self.overrides,
+            **same,
         )
         self._check(case, where)
         return case
