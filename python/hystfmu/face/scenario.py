@@ -460,10 +460,11 @@ class Scenario:
         >>> loop.export_controller("controller.fmu").name
         'controller.fmu'
         """
-        from hystfmu.scenario.deploy import write_controller
+        from hystfmu.fmu.write.export import export_fmu
+        from hystfmu.scenario.deploy import controller
 
-        ready = self.ready().named(case)
-        return write_controller(ready, path, fmi, name, platforms, source).path
+        made = controller(self.ready().named(case))
+        return export_fmu(made.model, path, fmi, name, platforms, source)
 
     def open_loop(self, case: str | None = None, *, set: Mapping[str, Any] | None = None) -> OpenedLoop:
         """Return the linearised loop of a case, opened at the input of its plant.
