@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import hystfmu as hy
-from hystfmu.scenario import Result
 from hystfmu.scenario.loop.opening import opened_loops, verdicts_of
 from hystfmu.scenario.system.case import Cases
 from hystfmu.scenario.system.spec import shipped_scenarios
@@ -137,16 +136,12 @@ def _is_robust(folder: Path) -> bool:
 
 def _structure(folder: Path) -> Structure:
     results = hy.run([folder], engine="native")
-    errors = {r.case: _metric(r, "tracking") for r in results}
+    errors = {r.case: r.value("tracking") for r in results}
     scenario = Cases(folder)
     verdicts = {v.limit: v for v in verdicts_of(scenario, opened_loops(scenario))}
     loop = next(r.loop for r in results if scenario.spec.margins is not None and r.case == scenario.spec.margins.case)
     ms_db, delay_steps = (None, None) if loop is None else (loop.Ms_db, loop.delay_steps)
     return Structure(scenario.spec.name, errors, ms_db, delay_steps, verdicts["stable_to_steps"].value)
-
-
-def _metric(result: Result, name: str) -> float:
-    return next((v.value for v in result.verdicts if v.metric == name), float("inf"))
 
 
 def _targets(s: Structure, title: str, asked: Mapping[str, tuple[float, float]]) -> list[Row]:
@@ -189,9 +184,9 @@ def _stage(root: Path) -> list[Row]:
             peak = "" if r.loop is None else f"Ms {r.loop.cells()[0]} dB"
             what = f"{r.case}, scan lines"
             if ours:
-                rows.append(Row(f"S19, stage, {what}", ours=_metric(r, SCAN), target=target, note=peak))
+                rows.append(Row(f"S19, stage, {what}", ours=r.value(SCAN), target=target, note=peak))
             else:
-                rows.append(Row(f"{r.scenario}: {what}", ours=_metric(r, SCAN), note=peak, group="listed"))
+                rows.append(Row(f"{r.scenario}: {what}", ours=r.value(SCAN), note=peak, group="listed"))
     return rows
 
 
@@ -225,14 +220,14 @@ def _adaptive(root: Path) -> list[Row]:
 
     The adaptive inverse is tested without and with feedback.
     """
-    alone = {r.case: _metric(r, "tracking") for r in hy.run([root / "adaptive"], engine="native")}
+    alone = {r.case: r.value("tracking") for r in hy.run([root / "adaptive"], engine="native")}
     rows = [
         Row(f"S20, adaptive inverse: {what}", ours=alone[case], target=target)
         for case, (what, target) in ADAPTED.items()
         if case in alone
     ]
     if (root / "adaptive_pid").is_dir():
-        beside = {r.case: _metric(r, "tracking") for r in hy.run([root / "adaptive_pid"], engine="native")}
+        beside = {r.case: r.value("tracking") for r in hy.run([root / "adaptive_pid"], engine="native")}
         rows += [
             Row(f"S20, beside feedback: {case}, error / that without adaptation", ours=beside[case] / fixed, target=1.0)
             for case, fixed in ((c, beside.get(f"{c}_fixed")) for c in beside)

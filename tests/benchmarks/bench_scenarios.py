@@ -31,7 +31,7 @@ import hystfmu as hy
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.report.terminal import table
 from hystfmu.scenario import Cases, build, simulate
-from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.native import Native
 from papers.study_speed import GAIN, LAG, LOOP, STEPS, H, by_hand
 

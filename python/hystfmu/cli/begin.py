@@ -87,8 +87,7 @@ def reproduce(
     report : str, optional
         Write one HTML page per paper into this folder. It contains the tables and the diagrams computed by HystFMU.
     """
-    from hystfmu.base.errors import InputError
-    from hystfmu.base.files import write_text
+    from hystfmu.base import InputError, write_text
     from hystfmu.report.terminal import progress
 
     of = _papers(papers)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import together
+from hystfmu.base import InputError, together
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.scenarios import found
 from hystfmu.cli.signature import FILE, WrittenFolder, of, structures

@@ -169,9 +169,10 @@ def _wrote(path: Path, how: Mapping[str, Any]) -> None:
 
 def _controller(scenario: str, case: str | None, target: str | None, how: Mapping[str, Any]) -> None:
     """Write the controller of a case, and print the units that it contains."""
+    from hystfmu.fmu.write.export import export_fmu
     from hystfmu.report.terminal import table
     from hystfmu.scenario import Cases
-    from hystfmu.scenario.deploy import write_controller, write_target
+    from hystfmu.scenario.deploy import controller, write_target
 
     if how["path"] is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
@@ -180,9 +181,8 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
         files, made = write_target(chosen, target, how["name"])
         say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
     if how["path"] is not None:
-        written = write_controller(chosen, **how)
-        made = written.controller
-        _wrote(written.path, how)
+        made = controller(chosen)
+        _wrote(export_fmu(made.model, **how), how)
     say(f"in it: {', '.join(made.units)}; left out: {', '.join(made.left_out)}")
     ports = [p for p in made.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import may_replace, refusal, together
+from hystfmu.base import InputError, may_replace, refusal, together
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.signature import FILE, WrittenFile, WrittenFolder, of
 from hystfmu.report.terminal import answer, answers_json, detail, echo, say, tell

@@ -5,8 +5,7 @@ from typing import Any
 
 import click
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import keeping
+from hystfmu.base import InputError, keeping
 from hystfmu.cli.signature import Later, OutputFile, OutputFolder
 from hystfmu.report.terminal import NORMAL, QUIET, VERBOSE, level, set_json, set_level
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.errors import InputError, meant, meant_file
-from hystfmu.base.files import refuse_existing
+from hystfmu.base import InputError, meant, meant_file, refuse_existing
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, OutputFile, WrittenFile, of
 from hystfmu.report.terminal import VERBOSE, answer, answers_json, detail, echo, level, say, wrong

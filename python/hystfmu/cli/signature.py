@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.errors import InputError
+from hystfmu.base import PACKAGE, InputError
 
 MOST_BYTES = 2**20  # of a file of settings
 _UNITS = {"s": "SECONDS", "Hz": "HZ", "dB": "DB", "%": "PERCENT"}  # of measure, in a text, and metavars

@@ -15,9 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes, write_text
+from hystfmu.base import Array, InputError, read_bytes, write_text
 from hystfmu.base.printable import printable
 
 

@@ -20,8 +20,7 @@ from math import acos, comb, pi
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data.columns import check_increasing, row_of, train_rows
 
 ORDERS = range(2, 9)

@@ -13,9 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, checked
 from hystfmu.data.dataset import Dataset
 from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph, Node

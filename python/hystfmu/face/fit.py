@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError, checked
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model
 from hystfmu.model import run_along

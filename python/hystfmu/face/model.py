@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import hystfmu.model
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape, with_unit
+from hystfmu.base import InputError, checked, escape, with_unit
 from hystfmu.data import Dataset
 from hystfmu.data.reader.arrays import Columns
 from hystfmu.graph.blocks import Block

@@ -5,9 +5,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape, with_unit
+from hystfmu.base import Array, InputError, escape, with_unit
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.face.interval import free_run, interval_text, known, parts, table_of

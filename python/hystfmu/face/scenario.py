@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import BaseModel
 
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import check
+from hystfmu.base import InputError, check, checked
 from hystfmu.face.table import What, completed, described, files, save
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, Engine, Result, run
@@ -462,10 +460,11 @@ class Scenario:
         >>> loop.export_controller("controller.fmu").name
         'controller.fmu'
         """
-        from hystfmu.scenario.deploy import write_controller
+        from hystfmu.fmu.write.export import export_fmu
+        from hystfmu.scenario.deploy import controller
 
-        ready = self.ready().named(case)
-        return write_controller(ready, path, fmi, name, platforms, source).path
+        made = controller(self.ready().named(case))
+        return export_fmu(made.model, path, fmi, name, platforms, source)
 
     def open_loop(self, case: str | None = None, *, set: Mapping[str, Any] | None = None) -> OpenedLoop:
         """Return the linearised loop of a case, opened at the input of its plant.

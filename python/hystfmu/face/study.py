@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import check, write_toml
+from hystfmu.base import InputError, check, checked, write_toml
 from hystfmu.face.scenario import Scenario
 from hystfmu.scenario.system.case import check_name
 from hystfmu.studies import Outcome, study

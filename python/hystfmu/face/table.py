@@ -31,9 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes, write_bytes, write_toml
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, escape, read_bytes, write_bytes, write_toml
 from hystfmu.core.library import block_types
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.blocks import Block

@@ -33,10 +33,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from hystfmu.base import InputError, read_bytes, xml_text
 from hystfmu.base.child import open_result, read_result
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes
-from hystfmu.base.printable import xml_text
 
 MOST_ENTRIES = 10_000
 MOST_UNPACKED = 512 * 2**20

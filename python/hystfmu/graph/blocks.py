@@ -10,8 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
+from hystfmu.base import Array, checked
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.graph.graph import Graph
 from hystfmu.graph.node import Node, shown

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.graph.node import Node, Port
 
 Link = tuple[int, int, int, int, int]

@@ -16,9 +16,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, checked
 from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.core.library import Var
 from hystfmu.graph.dependencies import dependencies, evaluation_order

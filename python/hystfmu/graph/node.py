@@ -11,9 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError, meant
+from hystfmu.base import Array, InputError, checked, meant
 from hystfmu.core.library import BlockType, Var, block_types
 
 

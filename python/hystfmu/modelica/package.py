@@ -5,10 +5,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hystfmu.base import __version__
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import may_replace, own, read_bytes, refusal
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, __version__, escape, may_replace, own, read_bytes, refusal
 from hystfmu.fmu.write.documentation import history
 from hystfmu.model import Model
 from hystfmu.modelica import classes, implicit

@@ -270,7 +270,7 @@ def controller(
     made = with_unit(graph, f"{tuned.structure.text}, tuned over {len(plants.plants)} loops")
     results = run(made, engine="native", progress=lambda x: progress(0.6 + 0.2 * x))
     before = run(loop, case=kept, engine="native", progress=lambda x: progress(0.8 + 0.2 * x))
-    errors = {r.case: r.verdicts[0].value if r.verdicts else math.inf for r in before}
+    errors = {r.case: r.value() for r in before}
     return Controller(made, tuned, made.open_loop(first).margins(), len(plants.plants), errors, results)
 
 

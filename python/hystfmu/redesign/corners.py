@@ -16,7 +16,7 @@ import numpy as np
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
-from hystfmu.design.loop import Complex, beside, grid
+from hystfmu.design.loop import Complex, beside
 from hystfmu.design.plants import Plant, PlantSet
 from hystfmu.design.race import Aim
 from hystfmu.design.structures import Design
@@ -248,18 +248,6 @@ def _off(case: str, opened: OpenedLoop, off: float) -> Iterator[tuple[str, Opene
     A, B, C, D = opened.plant
     for f in (1 - off, 1 - off / 2, 1 + off / 2, 1 + off) if off and len(A) else ():
         yield f"{case}, modes {100 * (f - 1):+.3g} %", replace(opened, plant=(f * A, f * B, C, D))
-
-
-def fastest_mode(opened: OpenedLoop) -> float | None:
-    """Return the largest natural frequency of the plant (Hz), or None if the plant has no dynamics."""
-    A = opened.plant[0]
-    return float(np.abs(np.linalg.eigvals(A)).max() / (2 * np.pi)) if len(A) else None
-
-
-def angles_of(found: list[Corner]) -> Array:
-    """Return angles that resolve the resonances of all loops, shape (m,)."""
-    poles = np.concatenate([c.opened.poles(c.slope, c.delay) for c in found])
-    return np.union1d(grid(), beside(poles, grid()))
 
 
 LOWEST, POINTS = 1e-5, 200  # lowest angle over pi, and number of angles without the additional ones at resonances

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.printable import escape
+from hystfmu.base import Array, escape
 from hystfmu.report.axis import path, tick
 
 WIDTH = 480

@@ -14,10 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError, extras
-from hystfmu.base.files import write_bytes, write_text
-from hystfmu.base.printable import escape
+from hystfmu.base import Array, InputError, escape, extras, write_bytes, write_text
 from hystfmu.report.axis import axis, decades, dots, path, sparse, thin, tick, width, width_of
 from hystfmu.report.page import policy
 

@@ -13,11 +13,9 @@ output is bit-identical to the command in the scenario.
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
 
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import together, write_bytes
@@ -26,7 +24,7 @@ from hystfmu.model import Model
 from hystfmu.scenario.outcome.metrics import unit_of
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
-from hystfmu.scenario.system.system import Link, Part, System, build, fuse
+from hystfmu.scenario.system.system import Link, Part, System, behind, build, fuse
 
 LATE = {"delay", "quantiser"}  # blocks that represent converters and computing time
 NOISE = {"noise", "disturbance"}
@@ -38,8 +36,9 @@ class ControlSide:
 
     `command` and `measured` are the indices of the command and of the measured output among the values of the system.
     Without feedback, `measured` is None. `actuated` contains the plant, followed by the units between command and
-    plant. `sensed` contains the plant and the units that measure the output of the plant. If `early` is True, the
-    controller precedes the plant in the order, so that its input is the measured output of the previous step.
+    plant. `sensed` contains the plant and the units that measure the output of the plant. `bounds` contains the
+    connections from outside into the controller, in the order of its units. If `early` is True, the controller precedes
+    the plant in the order, so that its input is the measured output of the previous step.
     """
 
     units: tuple[int, ...]
@@ -47,6 +46,7 @@ class ControlSide:
     actuated: tuple[int, ...]
     measured: int | None
     sensed: frozenset[int]
+    bounds: tuple[Link, ...]
     early: bool
 
 
@@ -73,9 +73,7 @@ class _Sides:
     def __init__(self, system: System) -> None:
         self.system, self.where = system, f"{system.case.where}: controller"
         self.owner, self.names = system.owners, system.names
-        self.into: dict[int, list[Link]] = {k: [] for k in range(len(system.parts))}
-        for link in system.links:
-            self.into[link.to].append(link)
+        self.into = [[n for n in system.links if n.to == k] for k in range(len(system.parts))]
         self.sources = {k for k, p in enumerate(system.parts) if is_source(p)}
 
     @cached_property
@@ -100,9 +98,8 @@ class _Sides:
                 f"{self.where}: All units that read {self.names[read[0]]} must stand after the plant in the order, or "
                 "all before it. Got both."
             )
-        return ControlSide(
-            tuple(sorted(inside)), command, actuated, read[0] if read else None, sensed, fresh == {False}
-        )
+        units, measured = tuple(sorted(inside)), read[0] if read else None
+        return ControlSide(units, command, actuated, measured, sensed, tuple(bounds), fresh == {False})
 
     def _fine(self, k: int) -> bool:
         return self.system.parts[k].period < self.system.case.ripple
@@ -143,7 +140,7 @@ class _Sides:
         """Return the plant, and the units downstream of it whose other inputs, if any, come from sources of noise."""
         found = {self.plant}
         noise = {k for k in self.sources if is_noise(self.system.parts[k])}
-        while new := {k for k in self.into if k not in found and self._measures(k, found, noise)}:
+        while new := {k for k in range(len(self.into)) if k not in found and self._measures(k, found, noise)}:
             found |= new
         return frozenset(found)
 
@@ -155,26 +152,15 @@ class _Sides:
 
     def _control(self, command: int, sensed: frozenset[int]) -> tuple[set[int], list[Link]]:
         """Return all units upstream of the command, and the connections from measured outputs and sources to them."""
-        units: set[int] = set()
-        bounds: list[Link] = []
-        left = [self.owner[command]]
-        while left:
-            k = left.pop()
-            if k in units:
-                continue
-            part = self.system.parts[k]
+        given, home = {*self.sources, *sensed}, self.owner[command]
+        upstream = [(n.to, self.owner[n.source]) for n in self.system.links if self.owner[n.source] not in given]
+        units = behind(upstream, home) | {home}
+        for part in (self.system.parts[k] for k in sorted(units)):
             if isinstance(part.graph, Foreign):
                 raise InputError(f"{self.where}: Its units must be blocks, models or graphs. Got the FMU {part.name}.")
             if (part.substeps, part.hold) != (1, "zero"):
                 raise InputError(f"{self.where}: {part.name} must have one step and hold its inputs. Got substeps.")
-            units.add(k)
-            for link in self.into[k]:
-                source = self.owner[link.source]
-                if source in self.sources or source in sensed:
-                    bounds.append(link)
-                else:
-                    left.append(source)
-        return units, bounds
+        return units, [n for n in self.system.links if n.to in units and self.owner[n.source] in given]
 
     def _check_rates(self, units: set[int]) -> None:
         periods = {self.system.parts[k].period for k in units}
@@ -216,12 +202,6 @@ def controls(system: System, k: int) -> bool:
     if system.case.units[part.name].inverse_of is not None:
         return True
     return any(n.block.family in ("controllers", "inverses") for n in part.graph.nodes)
-
-
-def boundary(system: System, side: ControlSide) -> Iterator[Link]:
-    """Yield the connections from outside into the controller, in the order of the units of the controller."""
-    inside = {system.parts[k].first + i for k in side.units for i in range(len(system.parts[k].outputs))}
-    return (n for n in system.links if n.to in side.units and n.source not in inside)
 
 
 NOT_GIVEN = 1e300  # value of `u_present` that means "no value", like an infinite limit
@@ -298,7 +278,7 @@ class _Source:
 
 def _graph(system: System, side: ControlSide, step: float) -> tuple[Graph, dict[str, str]]:
     fused, outside = fuse(system, side.units)
-    by_input = {(n.to, n.input): n.source for n in boundary(system, side)}
+    by_input = {(n.to, n.input): n.source for n in side.bounds}
     names = system.names
     sources = _sources(system, side)
     inputs: list[Input] = []
@@ -337,7 +317,7 @@ def _plant_unit(system: System, side: ControlSide) -> str:
 
 def _sources(system: System, side: ControlSide) -> dict[int, _Source]:
     """Return the inputs of the controller by the indices of their values. The first inputs are r and y."""
-    read = sorted({n.source for n in boundary(system, side)})
+    read = sorted({n.source for n in side.bounds})
     owner, names = {place: system.parts[k] for place, k in system.owners.items()}, system.names
     tracked = system.case.tracked
     assert tracked is not None
@@ -437,33 +417,6 @@ def _shorter(graph: Graph, parts: list[Part]) -> Graph:
     inputs = [replace(i, to=tuple(map(renamed, i.to))) for i in graph.inputs]
     outputs = [replace(o, source=renamed(o.source)) for o in graph.outputs]
     return Graph(nodes, wires, inputs, outputs, sort=False)
-
-
-@dataclass(frozen=True)
-class Written:
-    """A controller, and the path of the file that contains it."""
-
-    path: Path
-    controller: Controller
-
-
-def write_controller(
-    case: Case,
-    path: str | Path,
-    fmi: Literal[2, 3] = 2,
-    name: str | None = None,
-    platforms: Literal["host", "all"] = "host",
-    source: bool = False,
-) -> Written:
-    """Write the controller of a case as an FMU. An importer must call this FMU once per sample.
-
-    The other arguments are those of `Model.export`. An InputError is raised if the controller cannot be separated from
-    the case, or if the file cannot be written.
-    """
-    from hystfmu.fmu.write.export import export_fmu
-
-    found = controller(case)
-    return Written(export_fmu(found.model, path, fmi, name, platforms, source), found)
 
 
 def write_target(case: Case, folder: str | Path, name: str | None = None) -> tuple[list[Path], Controller]:

@@ -117,8 +117,7 @@ def run_fmu(
             foreign = foreign.with_settings(settings)
         except InputError as e:
             raise InputError(f"{path}: {e}") from None
-    t, driven, signals = (np.zeros(1), (), np.empty((1, 0))) if given is None else _table(given, foreign)
-    task = _task(str(path), foreign, t, driven, signals, step, stop, given is not None)
+    task = _task(str(path), foreign, None if given is None else _table(given, foreign), step, stop)
     names = [n for p in foreign.ports if p.kind == "output" for n in p.scalar_names]
     try:
         with child(_steps, task, Run(seconds=seconds, confined=confined), [foreign], "the FMU") as (ended, f):
@@ -133,7 +132,10 @@ def run_fmu(
     return done
 
 
-def _table(given: str | Path, foreign: Foreign) -> tuple[Array, tuple[ForeignPort, ...], Array]:
+_Given = tuple[Array, tuple[ForeignPort, ...], Array]
+
+
+def _table(given: str | Path, foreign: Foreign) -> _Given:
     """Return the times (s), the inputs that have columns, and the columns in the order of the elements."""
     table = table_in(given, None, MOST_BYTES)
     names = [name for group in NAMES["time"] for name in group]
@@ -172,21 +174,13 @@ def _listed(columns: tuple[Any, ...]) -> str:
     return ", ".join(repr(c.label) for c in columns[:20])
 
 
-def _task(
-    path: str | Path,
-    foreign: Foreign,
-    t: Array,
-    driven: tuple[ForeignPort, ...],
-    signals: Array,
-    step: float | None,
-    stop: float | None,
-    from_table: bool,
-) -> Task:
+def _task(path: str, foreign: Foreign, given: _Given | None, step: float | None, stop: float | None) -> Task:
+    t, driven, signals = given or (np.zeros(1), (), np.empty((1, 0)))
     stated = foreign.description.defaultExperiment
     start = float((stated and stated.startTime) or 0.0)
     end = stop if stop is not None else stated and stated.stopTime
     if end is None:
-        if not from_table:
+        if given is None:
             raise InputError(f"{path}: The FMU states no stop time. Give it with --stop")
         end = t[-1]
     end = float(end)

@@ -18,21 +18,12 @@ from hystfmu.base.errors import InputError, meant
 from hystfmu.base.printable import escape
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure
-from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.loop.opening import loop_figures
+from hystfmu.scenario.outcome import result as outcome
 from hystfmu.scenario.outcome.metrics import Measure
-from hystfmu.scenario.outcome.result import (
-    CHANGED,
-    Baseline,
-    CaseResult,
-    Change,
-    Kept,
-    Record,
-    changes,
-    judge,
-    save_baseline,
-)
+from hystfmu.scenario.outcome.result import Baseline, CaseResult, Change, Record
 from hystfmu.scenario.outcome.trace import Picture, Stopped, Sweeps, Trace, row_file
 from hystfmu.scenario.report.cases import case_plots
 from hystfmu.scenario.report.page import write_report
@@ -240,7 +231,7 @@ def run_case(
     """
     case, begin, notes = system.case, time.perf_counter(), tuple(missed(system))
     measured = {name: Measure(m) for name, m in case.metrics.items()}
-    kept, picture, counted = Kept(system, plan.baseline), Picture(system), Sweeps()
+    kept, picture, counted = outcome.Kept(system, plan.baseline), Picture(system), Sweeps()
     left = system.n_steps + 1
     adders: list[Callable[[Trace], None]] = [kept.add, picture.add, *(m.add for m in measured.values())]
     try:
@@ -257,7 +248,7 @@ def run_case(
         advance(left)
         return Result(system, (), (f"{case.title}: stopped: {e}",), None, time.perf_counter() - begin, notes), None
     took = time.perf_counter() - begin
-    verdicts, lines, changed = judge(case, measured, kept, plan.baseline, plan.strict)
+    verdicts, lines, changed = outcome.judge(case, measured, kept, plan.baseline, plan.strict)
     found = Record({v.metric: v.value for v in verdicts}, kept.rows(), kept.trace.final_states)
     return Result(system, tuple(verdicts), tuple(lines), picture.trace(), took, (*notes, *changed), counted), found
 
@@ -352,7 +343,7 @@ def run(
             ran = []
             for system in p.systems:
                 result, record_of = run_case(system, p, how, store, out, advance)
-                told = [n for n in result.notes if not (record and CHANGED in n)]  # `confirm` shows the changes
+                told = [n for n in result.notes if not (record and outcome.CHANGED in n)]  # `confirm` shows the changes
                 notes = (*told, *filter(None, [p.note]))
                 ran.append((replace(result, loop=loop_figures(system), notes=notes), record_of))
         results += [r for r, _ in ran]
@@ -379,6 +370,6 @@ def _share_done(plans: Sequence[Plan], progress: Callable[[float], None]) -> Cal
 def _save(recorded: Sequence[tuple[Plan, dict[str, Record]]], confirm: Callable[[list[Change]], bool]) -> None:
     """Write the new baselines if the changes are confirmed."""
     found = [(p.scenario.folder, p.scenario.spec, runs) for p, runs in recorded if p.scenario.folder is not None]
-    if found and confirm([c for f, spec, runs in found for c in changes(spec.name, Baseline.load(f), runs)]):
+    if found and confirm([c for f, spec, runs in found for c in outcome.changes(spec.name, Baseline.load(f), runs)]):
         for folder, spec, runs in found:
-            save_baseline(folder, tuple(spec.record), runs)
+            outcome.save_baseline(folder, tuple(spec.record), runs)

@@ -290,14 +290,8 @@ class _Runs(LoopPlan):
         """
         loop = self.scenario(None, {})
         noise = 100 * NOISY * self.found.noise / (2 * self.tried[0].amplitude)
-        return {
-            d.name: float(f"{WORSE * _tracking(loop.run(d.name, engine='native')) + noise:.3g}")
-            for d in draws(self.found)
-        }
-
-
-def _tracking(result: Result) -> float:
-    return next((v.value for v in result.verdicts if v.metric == "tracking"), float("inf"))
+        alone = {d.name: loop.run(d.name, engine="native").value("tracking") for d in draws(self.found)}
+        return {name: float(f"{WORSE * error + noise:.3g}") for name, error in alone.items()}
 
 
 def _missed(said: tuple[Promise, ...], steps: tuple[StepResponse, ...], asked: Requirements) -> list[str]:

@@ -155,10 +155,10 @@ def promises(
 ) -> tuple[Promise, ...]:
     """Return the expected error on the real device for each reference."""
     made, fault = [], misfitted(model, 100 * found.noise / data.span)
-    values = {r.case: v.value for r in results for v in r.verdicts if v.metric == "tracking"}
+    values = {r.case: r.value("tracking") for r in results}
     for t in tried:
         in_percent = 100 / (2 * t.amplitude)
-        run = values.get(t.name, float("inf")) * tried[0].amplitude / t.amplitude
+        run = values[t.name] * tried[0].amplitude / t.amplitude
         why = unknown(found, t, data, model, fault)
         expected = None if why else float(np.hypot(run, np.sqrt(_left(found, plants, aim, tuned, t)) * in_percent))
         bound = None if expected is None else max(BOUND * expected, LEAST * found.noise * in_percent)

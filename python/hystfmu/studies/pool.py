@@ -31,13 +31,11 @@ import shutil
 import signal
 import sys
 import tempfile
-import threading
 import time
-import uuid
 import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -304,45 +302,15 @@ class Pool:
         w.end()
 
 
-CHUNK = 16  # number of tasks per submission
-# runners of this worker process by thread, because a runner runs one task at a time
-_RUNNERS: dict[int, tuple[str, Runner]] = {}
-_CLOSED: set[str] = set()  # ended studies; a queued chunk of such a study may still be started
+CHUNK = 8  # number of tasks per submission
 
 
-def _run(key: str, systems: list[System], run: Run, tasks: list[Task]) -> list[dict[str, Any]]:
-    thread = threading.get_ident()
-    if thread not in _RUNNERS or _RUNNERS[thread][0] != key:
-        _close(thread)  # a killed study did not remove this runner
-        _RUNNERS[thread] = key, Runner(systems, run, _scratch(), apart=True)
-    mine = _RUNNERS[thread]
-    rows = []
-    for task in tasks:
-        if key not in _CLOSED:
-            rows.append(mine[1](task))
-        if key in _CLOSED:  # the study ended before or during this task, so `_close_study` may have missed the runner
-            _close(thread)
-            mine[1].close()
-            break
-    return rows
-
-
-def _scratch() -> str:
-    """Return the folder of the worker. Dask removes the files of a killed worker from this folder."""
+def _run(systems: list[System], run: Run, tasks: list[Task]) -> list[dict[str, Any]]:
+    """Run tasks in a worker of Dask, which removes the files of a killed worker from its folder."""
     from distributed import get_worker
 
-    return str(get_worker().local_directory)
-
-
-def _close(thread: int) -> None:
-    if thread in _RUNNERS:
-        _RUNNERS.pop(thread)[1].close()
-
-
-def _close_study(key: str) -> None:
-    _CLOSED.add(key)
-    for thread in [t for t, (of, _) in _RUNNERS.items() if of == key]:
-        _close(thread)
+    with closing(Runner(systems, run, str(get_worker().local_directory), apart=True)) as runner:
+        return [runner(task) for task in tasks]
 
 
 class DaskPool:
@@ -366,7 +334,6 @@ class DaskPool:
             raise InputError(f"--on {address}: no Dask scheduler answers there ({e})") from None
         self._names = [s.case.name for s in systems]
         self._run = run
-        self._key = uuid.uuid4().hex  # identifies the runners of this study in the workers
         self._systems = self._client.scatter([systems], broadcast=True)[0]
         self._held: dict[Any, list[Task]] = {}  # running tasks by future
 
@@ -376,7 +343,6 @@ class DaskPool:
     def __exit__(self, *exception: object) -> None:
         with suppress(OSError):  # the scheduler has ended, so its workers end and their folders are removed
             self._client.cancel(list(self._held))
-            self._client.run(_close_study, self._key, on_error="ignore")
         self._client.close()
 
     def stop(self) -> None:
@@ -396,7 +362,7 @@ class DaskPool:
             chunk = again.popleft() if again else list(islice(source, CHUNK))
             if not chunk:
                 return False
-            future = self._client.submit(_run, self._key, self._systems, self._run, chunk, pure=False, retries=1)
+            future = self._client.submit(_run, self._systems, self._run, chunk, pure=False, retries=1)
             self._held[future] = chunk
             running.add(future)
             return True

@@ -14,17 +14,7 @@ from hystfmu.scenario.outcome.metrics import label, unit_of
 from hystfmu.scenario.report.loops import loop_explorer
 from hystfmu.scenario.report.page import write_report as write_page
 from hystfmu.scenario.system.system import System
-from hystfmu.studies.figures import (
-    HEAD,
-    all_draws,
-    distribution,
-    effects,
-    scatter,
-    shares,
-    spread_rows,
-    strongest,
-    tuning,
-)
+from hystfmu.studies import figures
 from hystfmu.studies.spec import Study
 from hystfmu.studies.summary import Row, Summary, command, facts, metric_unit, save_settings, worst_rows
 from hystfmu.studies.task import OUTSIDE, LoopLimits
@@ -49,7 +39,7 @@ class StudyCase:
         self.variations = [r["variation"] for r in rows]
         self.y = np.array([[r["metrics"][k] for k in self.of] for r in rows])
         fractions = [[p.fraction(r["values"][k]) for k, p in study.parameters.items()] for r in rows]
-        self.found = effects(np.array(fractions), self.y)
+        self.found = figures.effects(np.array(fractions), self.y)
         limited = [k for k, name in enumerate(self.of) if name in self.limits]
         self.main = min(limited, key=self._within, default=0)
 
@@ -63,7 +53,7 @@ class StudyCase:
 
     def decides(self) -> Bars | None:
         """Return a diagram of the total effects of the parameters on the metric with the strictest limit."""
-        return strongest(self.names, f"{self.system.case.name}: {self.of[self.main]}", self.found, self.main)
+        return figures.strongest(self.names, f"{self.system.case.name}: {self.of[self.main]}", self.found, self.main)
 
     def by_effect(self, labels: dict[str, str]) -> dict[str, str]:
         """Return the parameters, sorted by increasing effect on the metric with the strictest limit."""
@@ -80,10 +70,9 @@ class StudyCase:
         units = [label(k, metric_unit(self.system, k)) for k in self.of]
         main, y = self.main, self.y
         limit = self.limits.get(self.of[main])
-        plots = scatter(self.of[main], units[main], self.names, self.x, y[:, main], self.found, main, limit)
-        plots += [
-            distribution(k, units[j], y[:, j], self.limits.get(k)) for j, k in enumerate(self.of) if np.ptp(y[:, j]) > 0
-        ]
+        plots = figures.scatter(self.of[main], units[main], self.names, self.x, y[:, main], self.found, main, limit)
+        moving = [(j, k) for j, k in enumerate(self.of) if np.ptp(y[:, j]) > 0]
+        plots += [figures.distribution(k, units[j], y[:, j], self.limits.get(k)) for j, k in moving]
         return Section(
             f"Case {self.system.case.name}", "", plots=plots[:MOST_PLOTS], folded=self._tables(units, summary, folder)
         )
@@ -99,7 +88,7 @@ class StudyCase:
         ]
         if summary is not None:
             spreads = [s for s in summary.spreads if s.case == self.system.case.name]
-            head = ["metric", *HEAD[4:], "limit"]
+            head = ["metric", *figures.HEAD[4:], "limit"]
             shown = [[s.metric, *s.percentiles, s.worst, "-" if s.limit is None else s.limit] for s in spreads]
             tables.insert(0, Table(head, shown, "percentiles over all draws, the failed ones as infinite"))
         rows = [[r["index"], *r["values"].values(), *(r["metrics"].get(k, "-") for k in of)] for r in self.worst]
@@ -163,7 +152,7 @@ def write_report(
     objective = least.objective() if least is not None else None
     if study.spec.objective is not None:
         objective = _objective(study), _scores(study, rows)
-    draws = all_draws(study, least.by_effect(labels) if least else labels, systems, rows, objective)
+    draws = figures.all_draws(study, least.by_effect(labels) if least else labels, systems, rows, objective)
     if draws is not None:
         sections.append(Section("All draws", DRAG, plots=[draws]))
     sections += [case.section(summary, folder) for case in cases]
@@ -212,11 +201,11 @@ def _answer(
         limited = [s for s in summary.spreads if s.limit is not None and s.within is not None]
         if limited:
             text_of = "percentiles of the metrics with a limit, over all draws"
-            tables.insert(0, Table(HEAD, spread_rows(limited), text_of))
-    plots: list[Diagram | None] = [] if summary is None else [shares(summary)]
+            tables.insert(0, Table(figures.HEAD, figures.spread_rows(limited), text_of))
+    plots: list[Diagram | None] = [] if summary is None else [figures.shares(summary)]
     if study.spec.objective is not None:
         scores = _scores(study, rows)
-        plots.append(tuning(scores, _objective(study)))
+        plots.append(figures.tuning(scores, _objective(study)))
         if best is not None:
             at = ", ".join(f"{labels[k]} {v:.4g}" for k, v in best["values"].items())
             score = f"{_objective(study)} = {scores[best['variation']]:.4g}"
@@ -278,5 +267,5 @@ def spreads(summary: Summary, every: bool = False) -> str:
     shown = [s for s in summary.spreads if every or s.limit is not None]
     if not shown:
         return summary.sentence
-    rows = [[v if isinstance(v, str) else f"{v:.3g}" for v in row] for row in spread_rows(shown)]
-    return f"{summary.sentence}\n{text_table(list(HEAD), rows)}"
+    rows = [[v if isinstance(v, str) else f"{v:.3g}" for v in row] for row in figures.spread_rows(shown)]
+    return f"{summary.sentence}\n{text_table(list(figures.HEAD), rows)}"

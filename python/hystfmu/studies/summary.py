@@ -19,7 +19,7 @@ from scipy.special import betaincinv
 
 from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError, extras
-from hystfmu.base.files import read_bytes
+from hystfmu.base.files import read_bytes, write_text
 from hystfmu.graph.tables import Number, Share
 from hystfmu.scenario.outcome.metrics import unit_of_metric
 from hystfmu.scenario.report.compare import MOST_BYTES, read_report, report_file
@@ -190,21 +190,15 @@ def _spreads(case: str, limits: Mapping[str, float], rows: Sequence[Row]) -> lis
 def command(study: Study, row: Row) -> str:
     """Return the text of the command that runs a row again."""
     where = os.path.normpath(study.file.parent / study.spec.scenario)
-    given = [f"{k}={v if isinstance(v, str) else json.dumps(v)}" for k, v in _settings(study, row).items()]
+    given = [f"{k}={v if isinstance(v, str) else json.dumps(v)}" for k, v in study.settings(row["values"]).items()]
     return shlex.join(["hystfmu", "run", where, "--case", row["case"], *(w for g in given for w in ("--set", g))])
 
 
 def save_settings(study: Study, row: Row, folder: Path) -> Path:
     """Write the settings of a row to a file for `hystfmu run --set @FILE`, and return the path of the file."""
-    from hystfmu.base.files import write_text
-
     path = folder / "worst" / f"{row['case']}-{row['variation']}.json"
-    write_text(path, json.dumps(_settings(study, row), indent=1) + "\n")
+    write_text(path, json.dumps(study.settings(row["values"]), indent=1) + "\n")
     return path
-
-
-def _settings(study: Study, row: Row) -> dict[str, Any]:
-    return study.settings(row["values"])
 
 
 def metric_unit(system: System, metric: str) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 
 from hystfmu.base import __version__
 from hystfmu.base.errors import InputError
-from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.engine.simulation import Run, chunks_here, chunks_isolated
 from hystfmu.scenario.loop.opened import SLOPES, OpenedLoop

@@ -15,10 +15,9 @@ from typing import IO, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array, InputError, extras
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
-from hystfmu.base.errors import InputError, extras
 from hystfmu.data.columns import LEAST_ROWS
 from hystfmu.data.reader.delimited import delimited
 from hystfmu.data.reader.formats import MATLAB_BLOCK, PARQUET, timed

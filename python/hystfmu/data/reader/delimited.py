@@ -14,9 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes
+from hystfmu.base import Array, InputError, read_bytes
 from hystfmu.data.columns import line_of
 from hystfmu.data.reader.clock import stamps
 from hystfmu.data.reader.layout import (

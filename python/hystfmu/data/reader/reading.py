@@ -9,9 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, checked
 from hystfmu.data.columns import (
     LEAST_ROWS,
     Covariates,

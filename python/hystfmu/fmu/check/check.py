@@ -14,11 +14,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.calls import checked
+from hystfmu.base import InputError, check_source, checked
 from hystfmu.base.child import Child, read_result
 from hystfmu.base.confine import Box
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import check_source
 from hystfmu.base.printable import printable
 from hystfmu.fmu.archive import archive_problems, unpack, xml_problems
 from hystfmu.fmu.check.foreign_library import STEPS

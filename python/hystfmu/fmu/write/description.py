@@ -13,8 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.base import __version__
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array, __version__
 from hystfmu.core.library import Var
 from hystfmu.fmu.archive import xml_file
 from hystfmu.fmu.write.measures import rate_unit, unit_definitions

@@ -7,8 +7,7 @@ method to check the import, and the licence.
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hystfmu.base import __version__
-from hystfmu.base.printable import escape
+from hystfmu.base import __version__, escape
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.fmu.write.reference import FOLDER, Reference
 from hystfmu.graph import Graph, Port

@@ -5,9 +5,7 @@ import re
 from pathlib import Path
 from typing import Literal
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import write_bytes
+from hystfmu.base import PACKAGE, InputError, write_bytes
 from hystfmu.fmu.archive import Deflated, zip_file
 from hystfmu.fmu.write.description import Fmi, description_of, facts_of, model_description, name_of
 from hystfmu.fmu.write.documentation import documentation

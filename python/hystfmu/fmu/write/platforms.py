@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.errors import InputError
+from hystfmu.base import PACKAGE, InputError
 from hystfmu.fmu.archive import Deflated
 from hystfmu.fmu.write.description import Fmi
 

@@ -20,8 +20,8 @@ from hystfmu.base.errors import InputError
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import library
 from hystfmu.graph import Node
-from hystfmu.scenario.engine.fmu_member import AdaptedMember, DirectMember, FmuStore, fmu_member, n_states, state_hash
-from hystfmu.scenario.engine.member import GRAPH, Unit, fields, unit_of
+from hystfmu.scenario.engine import member as c_unit
+from hystfmu.scenario.engine.member import GRAPH, AdaptedMember, DirectMember, FmuStore, Unit, fields, state_hash
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.case import changed, split_end
 from hystfmu.scenario.system.events import cuts, in_file
@@ -72,7 +72,9 @@ class GraphUnit:
         sizes = {"n_out": len(self.vr_out), "n_vr_in": len(self.vr_in), "n_vr_out": len(self.vr_out)}
         places = {name: room.ctypes.data for name, room in rooms.items()}
         facts = {"kind": GRAPH, "self": self.executor.handle}
-        unit, keep = unit_of(self._system, self._first, values, self.source, self._links, **sizes, **places, **facts)
+        unit, keep = c_unit.unit_of(
+            self._system, self._first, values, self.source, self._links, **sizes, **places, **facts
+        )
         return unit, [*keep, rooms]
 
     def state_hashes(self) -> dict[str, str]:
@@ -80,7 +82,7 @@ class GraphUnit:
         found, skip, state = dict[str, str](), 0, self.executor.state
         for name, graph in self._parts.items():
             found[name] = state_hash(graph, state, skip)
-            skip += n_states(graph)
+            skip += c_unit.n_states(graph)
         return found
 
     def forget(self, unit: Unit) -> None:
@@ -213,7 +215,7 @@ class Native:
         units: list[GraphUnit | DirectMember | AdaptedMember] = []
         try:
             for k, *_ in self._groups:
-                units.append(self._members.get(k) or fmu_member(system, k, self._store))
+                units.append(self._members.get(k) or c_unit.fmu_member(system, k, self._store))
             for u in units:
                 u.start(values)
             yield from self._chunks(system, units, values, cut)
@@ -235,30 +237,16 @@ class Native:
         begin, guess, residual = np.empty(system.n_values), np.empty(n), np.empty(2 * n)
         widest = max(unit.n_in for unit, _ in made)
         newton, makers = np.empty(2 * system.n_values + widest + n * (2 * n + 3)), system.makers()
-        master = _Master(
-            scheme=_SCHEMES.index(coupling.scheme),
-            most_sweeps=coupling.max_sweeps,
-            tolerance=coupling.tolerance,
-            n_units=len(units),
-            units=C.addressof(units),
-            values=C.addressof(values),
-            n_values=system.n_values,
-            n_early=n,
-            early=early.ctypes.data,
-            begin=begin.ctypes.data,
-            guess=guess.ctypes.data,
-            residual=residual.ctypes.data,
-            makers=makers.ctypes.data,
-            newton=newton.ctypes.data if system.newton else None,
-            n_columns=len(self._columns),
-            columns=self._columns.ctypes.data,
-            n_cuts=len(cut[0]),
-            cut_rows=cut[0].ctypes.data,
-            cuts=cut[1].ctypes.data,
-            base=system.case.step,
-            h=system.h,
-            ripple=system.case.ripple,
-        )
+        arrays = early, begin, guess, residual, makers, self._columns, *cut
+        named = "early", "begin", "guess", "residual", "makers", "columns", "cut_rows", "cuts"
+        places = {name: array.ctypes.data for name, array in zip(named, arrays, strict=True)}
+        places |= {"units": C.addressof(units), "values": C.addressof(values)}
+        places |= {"newton": newton.ctypes.data} if system.newton else {}
+        sizes = {"n_units": len(units), "n_values": system.n_values, "n_early": n}
+        sizes |= {"n_columns": len(self._columns), "n_cuts": len(cut[0])}
+        rule = {"scheme": _SCHEMES.index(coupling.scheme), "most_sweeps": coupling.max_sweeps}
+        time = {"base": system.case.step, "h": system.h, "ripple": system.case.ripple}
+        master = _Master(tolerance=coupling.tolerance, **rule, **time, **sizes, **places)
         places, run = {name: k for k, name in enumerate(self._names)}, _run()
         try:
             for first, end in system.chunks():

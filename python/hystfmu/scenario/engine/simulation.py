@@ -25,7 +25,7 @@ from hystfmu.base.child import Child, late, limit_memory, open_result, read_resu
 from hystfmu.base.confine import CANNOT, Box
 from hystfmu.base.errors import InputError
 from hystfmu.fmu.foreign.instance import Finding
-from hystfmu.scenario.engine.fmu_member import FmuStore
+from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped, Sweeps, Trace
 from hystfmu.scenario.system.foreign import Foreign

@@ -382,6 +382,10 @@ class CaseResult:
         """Name of the case."""
         return self.system.case.name
 
+    def value(self, metric: str | None = None) -> float:
+        """Return the value of a metric, by default of the first one. It is infinite if the run stopped."""
+        return next((v.value for v in self.verdicts if metric in (None, v.metric)), math.inf)
+
     @property
     def passed(self) -> bool:
         """True if all limits are met and nothing differs from the baseline."""

@@ -23,19 +23,8 @@ from hystfmu.base.arrays import Array
 from hystfmu.base.errors import InputError
 from hystfmu.graph import Graph, Input, Node, Output, Port
 from hystfmu.graph.graph import is_sampled
-from hystfmu.scenario.system.case import (
-    SIZE,
-    Case,
-    delayed,
-    first_outputs,
-    load_unit,
-    parameter_names,
-    scalar_names,
-    sizes,
-    split_end,
-    start_values,
-    with_values,
-)
+from hystfmu.scenario.system import case as cases
+from hystfmu.scenario.system.case import SIZE, Case, parameter_names, sizes, split_end, with_values
 from hystfmu.scenario.system.foreign import Foreign
 
 T = TypeVar("T")
@@ -243,7 +232,7 @@ class System:
         """
         if self.begins:
             return np.array(self.begins)
-        return np.array([s for p in self.parts for s in first_outputs(p.graph)], dtype=np.float64)
+        return np.array([s for p in self.parts for s in cases.first_outputs(p.graph)], dtype=np.float64)
 
 
 def signals(case: Case) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -281,9 +270,9 @@ def build(case: Case) -> System:
         if (size := f"{name}.{SIZE}") in sizes(case):
             overridden |= {size} & case.overrides.keys()
             steps = case.overrides.get(size, spec.set.get(SIZE))
-            spec = spec if steps is None else delayed(spec, steps, case.ripple, f"{where}.set.{SIZE}")
+            spec = spec if steps is None else cases.delayed(spec, steps, case.ripple, f"{where}.set.{SIZE}")
         try:
-            graph = load_unit(case, spec, where)
+            graph = cases.load_unit(case, spec, where)
             graph = with_values(graph, spec.set)
             for key, value in case.overrides.items():
                 unit, parameter = split_end(key, "--set")
@@ -293,7 +282,7 @@ def build(case: Case) -> System:
         except InputError as e:
             message = str(e)
             raise InputError(message if message.startswith(case.origin) else f"{where}: {message}") from None
-        inputs, outputs = scalar_names(graph, "input"), scalar_names(graph, "output")
+        inputs, outputs = (cases.scalar_names(graph, kind) for kind in ("input", "output"))
         for key in spec.inputs:
             if key not in inputs:
                 raise InputError(f"{where}.inputs: no input {key!r}; there are {list(inputs)}")
@@ -303,16 +292,13 @@ def build(case: Case) -> System:
         constants = {k: float(v) for k, v in spec.inputs.items()}
         runs_as = spec.runs_as
         driven = {split_end(to, where)[1] for to in case.connections if to.startswith(f"{name}.")}
-        # a default value that is stated in the C table is used
-        if spec.block is not None and not isinstance(graph, Foreign):
-            said = zip(inputs, start_values(graph, "input"), strict=True)
-            constants = {k: v for k, v in said if v != 0 and k not in driven} | constants
+        starts = zip(inputs, cases.start_values(graph, "input"), strict=True)
+        free = {k: v for k, v in starts if k not in driven | constants.keys()}
         if isinstance(graph, Foreign):  # an unconnected input has its start value
-            kept = zip(inputs, start_values(graph, "input"), strict=True)
-            constants = {
-                k: _kept(v, f"{where}: {k}") for k, v in kept if k not in driven | constants.keys()
-            } | constants
+            constants |= {k: _kept(v, f"{where}: {k}") for k, v in free.items()}
             runs_as = "fmu2" if graph.fmi == 2 else "fmu3"
+        elif spec.block is not None:  # a default value that is stated in the C table is used
+            constants |= {k: v for k, v in free.items() if v != 0}
         parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first, spec.substeps, spec.hold))
     links = _links(case, parts, columns)
     system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
