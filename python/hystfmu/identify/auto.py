@@ -41,7 +41,8 @@ from hystfmu.identify.cuts import shortened
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import EXACT, LOSER, Race, Trial
+from hystfmu.identify.race import EXACT, LOSER, Race
+from hystfmu.identify.trial import Trial
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
