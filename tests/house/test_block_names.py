@@ -25,10 +25,8 @@ ALLOWED: dict[str, dict[str, str]] = {
         "modes": "told: the field of what a fit found",
     },
     "identify/evidence/__init__.py": {
-        "modes": "to_dict(): the field of what a record shows",
-        "noise": "from_dict(): the field of what a record shows",
+        "modes": "from_dict(): the field of what a record shows",
     },
-    "identify/evidence/spectra.py": {"noise": "cells_of(): the field of a cell"},
     "face/page.py": {"modes": "evidence_section(): the name of a line of the diagram"},
     "identify/features/plays.py": {"play_bank": "plays(): columns of a regression, the dead band"},
     "identify/features/bent_chain.py": {EVERY: "chain(): the blocks of the structure"},
@@ -44,7 +42,6 @@ ALLOWED: dict[str, dict[str, str]] = {
     "inverse/adaptive.py": {
         "adaptive_inverse": "adaptive_inverse(): the block that it makes",
         **dict.fromkeys(("prandtl_ishlinskii", "scaling"), "_chain(): operator and scalings that it may consist of"),
-        "transfer_function": "adaptive_inverse(): the dynamics behind the operator",
         "delay": "OPTIONS: the size of this name",
     },
     "inverse/dynamic.py": {
@@ -56,8 +53,6 @@ ALLOWED: dict[str, dict[str, str]] = {
         "dead_zones": "_INVERT: the inverse has other knots and slopes",
         "scaling": "_INVERT: the inverse has the reciprocal gain; _refuse_zero(): limits of covariates in a factor",
         **dict.fromkeys(("sum", "product"), "inverted_beside(): solved for the input that the chain drives"),
-        "delay": "_chain(): no other method inverts a delay",
-        "transfer_function": "_chain(): no other method inverts linear dynamics",
     },
     "inverse/ports.py": {"scaling": "line(): gain and offset of scalings in a row"},
     "inverse/learned.py": {
@@ -148,11 +143,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         ("sum", "product"), "inlined_before_samples(): the blocks that one compiler reads too early"
     ),
     "modelica/classes.py": {
-        **dict.fromkeys(("delay", "iterative_learning", "narx_network", "repetitive"), "COUNTED: lags in samples"),
-        "polynomial_narx": "the class has a limit on the degree",
-        "transfer_function": "is_discretised(): becomes a StateSpace; _LACKS: the class is continuous",
-        "mlp": "is_large(): becomes a function",
-        "reference": "has_shapes(): a class for each shape",
+        **dict.fromkeys(
+            ("delay", "iterative_learning", "narx_network", "polynomial_narx", "repetitive"), "COUNTED: lags in samples"
+        ),
     },
     "redesign/__init__.py": {"repetitive": "a function of this name, not a block"},
     "redesign/controller.py": {"pid": "controller(): a gain of 1 in the place of the controllers"},

@@ -64,7 +64,7 @@ def adaptive_inverse(model: M, **options: Any) -> M:
     delay = 0
     if parts is not None:
         tail_gain, tail_offset = parts.readout
-        static, dynamics = _second_order([n for n in parts.tail if n.type == "transfer_function"])
+        static, dynamics = _second_order(parts.filters)
         gain, offset = gain * static * tail_gain, offset * static * tail_gain + tail_offset
         delay = parts.delay
     weights = np.append(operator.value("w0"), operator.value("w"))

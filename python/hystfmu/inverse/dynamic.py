@@ -55,17 +55,22 @@ class Parts(Generic[M]):
         return sum(n.dims["n"] for n in self.tail if n.type == "delay")
 
     @property
+    def filters(self) -> list[Node]:
+        """The transfer functions of the tail."""
+        return [n for n in self.tail if n.type == "transfer_function"]
+
+    @property
     def readout(self) -> tuple[float, float]:
         """Gain and offset of the scalings in the tail."""
         return line(self.tail)
 
     def fractions(self, h: float) -> list[tuple[Array, Array]]:
         """Return the numerator and the denominator in z of each transfer function, discretised with the step h (s)."""
-        return [discretised(n, h).fraction() for n in self.tail if n.type == "transfer_function"]
+        return [discretised(n, h).fraction() for n in self.filters]
 
     def frequency(self) -> float:
         """Return the lowest natural frequency of the tail (Hz)."""
-        poles = [abs(p) for n in self.tail if n.type == "transfer_function" for p in np.roots(n.value("a"))]
+        poles = [abs(p) for n in self.filters for p in np.roots(n.value("a"))]
         return float(min(poles, default=np.inf) / (2 * np.pi))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from hystfmu.base.errors import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Node
+from hystfmu.inverse.dynamic import DYNAMICS
 from hystfmu.inverse.implicit import implicit_inverse
 from hystfmu.inverse.ports import assembled, chain
 from hystfmu.model import M, Model
@@ -54,7 +55,7 @@ def _chain(model: Model, alone: set[str]) -> list[Node]:
     graph = model.graph
     for n in graph.nodes:
         if n.name not in alone and n.block.inverse is None and not takes_beside(graph, n, alone):
-            hint = _instead(model) if n.type not in ("delay", "transfer_function") else ""
+            hint = _instead(model) if n.type not in DYNAMICS else ""
             raise InputError(f"The blocks must be invertible. Got {n.name!r}: {n.type} has no exact inverse{hint}.")
     found = chain(graph, alone)
     if found is None:

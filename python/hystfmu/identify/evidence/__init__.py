@@ -115,10 +115,10 @@ class Evidence:
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
                 out[item.name] = [float(f"{v:.6g}") for v in value]
-            elif item.name == "modes":
-                out[item.name] = [asdict(m) for m in value]
+            elif isinstance(value, tuple):
+                out[item.name] = [asdict(v) if isinstance(v, Mode) else v for v in value]
             else:
-                out[item.name] = list(value) if isinstance(value, tuple) else value
+                out[item.name] = value
         # JSON has no representation of infinity and NaN, so entries that are not known are omitted
         unknown = [k for k, v in out.items() if isinstance(v, float) and not np.isfinite(v)]
         for key in unknown:
@@ -128,8 +128,10 @@ class Evidence:
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Evidence:
         """Return the object for a dict `table` that `to_dict` returned."""
-        unknown = {"delay_se": np.inf, "noise": np.nan, "noise_density": np.nan}
-        values: dict[str, Any] = {item.name: {**unknown, **table}[item.name] for item in fields(cls)}
+        unknown = {"delay_se": np.inf}
+        values: dict[str, Any] = {
+            item.name: table.get(item.name, unknown.get(item.name, np.nan)) for item in fields(cls)
+        }
         for key in ("f", "gain", "phase", "coherence", "significant"):
             values[key] = np.asarray(values[key], dtype=np.float64)
         lowest, highest = values["band"]

@@ -10,7 +10,7 @@ frequency resolution, which lightly damped modes need.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,9 +88,7 @@ class Cells:
 def cells_of(windows: Sequence[Window], h: float, v: Array, y: Array) -> Cells:
     """Fit the frequency response in each cell of all records, for input v (n,), output y (n,) and step h (s)."""
     found = [_cells(w, h, v, y) for w in windows]
-    return Cells(
-        *(np.concatenate([getattr(c, k) for c in found]) for k in ("f", "g", "weight", "total", "left", "noise"))
-    )
+    return Cells(*(np.concatenate([getattr(c, column.name) for c in found]) for column in fields(Cells)))
 
 
 def _cells(window: Window, h: float, v: Array, y: Array) -> Cells:

@@ -21,7 +21,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
@@ -33,6 +32,7 @@ from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.methods.operator_networks import BEND
 from hystfmu.identify.network.readout import QUICK, Features, fit_readout, hidden_sweep, network_options
+from hystfmu.identify.solvers.nonnegative import least_distance
 
 TEXT = "constraint-factor operator and a network on (x, h)"
 LEAST_SLOPE = 1e-3  # smallest slope on the grid, relative to the mean slope; g then also increases between grid points
@@ -192,19 +192,12 @@ def increasing_branch(where: StackCoordinates, y: Array, free: Array, rows: Rows
 
 
 def _nearest(f: Array, E: Array, least: Array) -> Array:
-    """Return the vector z nearest to f with E z >= `least` (least-distance problem, Lawson & Hanson 1974, ch. 23)."""
+    """Return the vector z nearest to f with E z >= `least`."""
     if (E @ f >= least).all():
         return f
-    size = np.linalg.norm(E, axis=1)
-    E, least = E / size[:, None], least / size
-    scale = float(np.linalg.norm(f))
-    right = (least - E @ f) / scale
-    A = np.vstack([E.T, right])
-    e = np.zeros(len(A))
-    e[-1] = 1
-    v, _ = nnls(A, e, maxiter=30 * len(right))
-    r = e - A @ v
-    return np.asarray(f + scale * (A[:-1] @ v) / r[-1])
+    size, scale = np.linalg.norm(E, axis=1), float(np.linalg.norm(f))
+    d = least_distance((E / size[:, None]).T, (least - E @ f) / size / scale)
+    return f if d is None else f + scale * d
 
 
 def literal_branch(where: StackCoordinates, y: Array, rows: Rows, m: int) -> Branch:

@@ -203,12 +203,19 @@ def _pushed(Q: Array, x: Array) -> Array | None:
         free[bound, np.arange(len(bound))] += 1.0
         free -= Q @ (Q.T @ free)  # unit vectors of the bound weights, projected into the null space
         height = float(np.linalg.norm(x[bound]))
-        E = np.vstack([free, -x[bound] / height])
-        triangle = np.linalg.qr(np.column_stack([E, np.eye(len(E), 1, -len(E) + 1)]))[1]
-        multipliers, _ = nnls(triangle[:, :-1], triangle[:, -1], maxiter=30 * len(bound) + 300)
-        r = E @ multipliers
-        r[-1] -= 1.0
-        if r[-1] > -1e-10:  # no point of the null space meets these constraints
+        d = least_distance(free, -x[bound] / height)
+        if d is None:
             return None
-        y = x - height * r[:-1] / r[-1]
+        y = x + height * d
     return None
+
+
+def least_distance(G: Array, least: Array) -> Array | None:
+    """Return the shortest z (n,) with G' z >= `least` (m,) for G (n, m); None if there is no such z.
+
+    The dual problem is a non-negative least-squares problem (Lawson & Hanson 1974, ch. 23.4).
+    """
+    E = np.vstack([G, least])
+    r = E @ _direct(E, np.eye(1, len(E), len(E) - 1)[0])
+    r[-1] -= 1.0
+    return None if r[-1] > -1e-10 else -r[:-1] / r[-1]
