@@ -46,7 +46,7 @@ OPTIONS += ["-mllvm", "-enable-machine-outliner=never"]  # outlining makes compr
 OPTIONS += ["-mllvm", "-inlinehint-threshold=60"]
 OPTIONS += ["-Wno-override-init", "-Wno-unused-function"]
 SMALL = ["-Os", "-Xclang", "-Oz"]
-WINDOWS = ("convert", "heap", "private", "stdio", "string")
+WINDOWS = ("convert", "heap", "private", "runtime", "stdio", "string")
 LINK = {
     "so": ["-Wl,--gc-sections", "-Wl,--hash-style=sysv"],  # GNU hashes cannot be compressed well
     "dylib": ["-Wl,-x"],  # removes local symbols, which -s keeps

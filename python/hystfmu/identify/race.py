@@ -6,6 +6,14 @@ fits form a delete-group jackknife (Shao & Wu, Annals of Statistics 17 (1989) 11
 standard error of the output for an input with another memory. The error by which candidates are compared is the root of
 the sum of two squares: the error on the blocks without noise, and this standard error. A candidate whose error is
 clearly larger than the smallest one is called a loser.
+
+The fits to a poor record, such as one oscillation, all contain the same few states of the memory. A candidate of a
+wrong structure may then follow all blocks, and its fits agree with each other, although they are wrong for other
+inputs. Differences between candidates show this. The outputs of all candidates for an input with another memory are
+combined to a mean with weights inverse to their mean square errors (Bates & Granger, Operational Research Quarterly 20
+(1969) 451-468). If the output of the device is that of one of the candidates, with these weights as probabilities, the
+candidate with the smallest expected square error is the nearest one to the mean. Therefore the distance from the mean
+replaces the standard error.
 """
 
 from __future__ import annotations
@@ -47,10 +55,11 @@ class Trial:
 
     `model` is the fit without the first fold. `errors` (m,) contains the errors on the rows of all folds so far, and
     `by_block` contains the RMS error on each block. `others` contains one output (n,) for each fit, for an input with
-    another memory; it is empty after one fold. `first` is the mean square error on the first fold. `outside` is the
-    share of the states of other signals that have no near training row. `whole` is the RMS error of `model` over all
-    training rows. It is used because a large error on fitted rows is also an error of the candidate, for example in a
-    sweep at the end of a record, which no block contains.
+    another memory. `leaves` is whether the first of these outputs leaves the range of the record by more than the span.
+    `first` is the mean square error on the first fold. `outside` is the share of the states of other signals that have
+    no near training row. `whole` is the RMS error of `model` over all training rows. It is used because a large error
+    on fitted rows is also an error of the candidate, for example in a sweep at the end of a record, which no block
+    contains.
     """
 
     name: str
@@ -59,7 +68,8 @@ class Trial:
     model: Model
     errors: Array
     outside: float
-    others: list[Array] = field(default_factory=list)
+    others: list[Array]
+    leaves: bool = False
     folds: int = 1
     by_block: list[float] = field(default_factory=list)
     whole: float = 0.0
@@ -92,8 +102,7 @@ class Trial:
 class Race:
     """Comparison of candidates on one data set: the folds, the fitted candidates, and the reasons for exclusions.
 
-    A record is `poor` if its reversals are not informative, as in a single oscillation. The blocks of such a record are
-    similar to the fitted rows. Therefore all candidates except losers count as equally good.
+    A record is `poor` if its reversals are not informative, as in a single oscillation.
     """
 
     def __init__(self, data: Dataset, seed: int, poor: bool = False) -> None:
@@ -107,6 +116,7 @@ class Race:
         lo, hi = max(v.min() for v in kept), min(v.max() for v in kept)
         # outside the range of the rows of a fold, a fit extrapolates, but the fit to all rows does not
         self.inside: NDArray[np.bool_] = (self.other >= lo) & (self.other <= hi)
+        self._mean: tuple[dict[str, float], Array] = {}, np.zeros(1)  # of all candidates, for these weights
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
         """Return the data without the blocks of a fold, the rows of these blocks, and the block number of each row.
@@ -147,7 +157,10 @@ class Race:
         model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress, share)
         network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
         outside = self.unseen if candidate.local else network
-        return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
+        other = self._other(model)
+        leaves = guards.leaves(model.graph, other, self.data.y[self.data.counted], self.data.span)
+        others = [other[self.inside]]
+        return Trial(name, key, candidate, model, errors, outside, others, leaves, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
         """Return the RMS error of a candidate on the validation rows without the noise, in % of the span.
@@ -161,8 +174,29 @@ class Race:
         return 100 * float(np.sqrt(left / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
     def risk(self, trial: Trial) -> float:
-        """Return the expected error on other signals (% of the span): root of the squares of `excess` and `spread`."""
-        return float(np.hypot(self.excess(trial), 100 * trial.spread / self.data.span))
+        """Return the expected error on other signals in % of the span, from `excess` and `uncertainty`."""
+        return float(np.hypot(self.excess(trial), 100 * self.uncertainty(trial) / self.data.span))
+
+    def uncertainty(self, trial: Trial) -> float:
+        """Return the expected error of the output for an input with another memory, see the module docstring."""
+        return self._distance(trial) if self.poor else trial.spread
+
+    def _distance(self, trial: Trial) -> float:
+        """Return the RMS distance of the output for an input with another memory from the mean of all candidates.
+
+        Candidates whose output leaves the range of the record are not part of the mean. If no others are left, the
+        function returns the standard error.
+        """
+        least = (EXACT / 100 * self.data.span) ** 2
+        weights = {name: 1 / max(t.square, least) for name, t in self.trials.items() if not t.leaves}
+        if not weights:
+            return trial.spread
+        if self._mean[0] != weights:
+            outputs = [self.trials[name].others[0] for name in weights]
+            self._mean = weights, np.average(outputs, axis=0, weights=list(weights.values()))
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = rms(trial.others[0] - self._mean[1])
+        return found if np.isfinite(found) else np.inf
 
     def best(self) -> Trial:
         """Return the candidate with the smallest expected error."""
@@ -193,15 +227,6 @@ class Race:
         """
         return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
 
-    def leaves(self, trial: Trial) -> bool:
-        """Return whether the output of a model leaves the range of the record for an input with another memory."""
-        return guards.leaves(trial.model.graph, self.other, self.data)
-
-    def jumps(self, trial: Trial) -> bool:
-        """Return whether the output of a model leaves the range of the record for steps of the input."""
-        u = self.data.u[self.data.counted]
-        return guards.leaves(trial.model.graph, guards.other_signal(u, float(self.data.u[0])), self.data)
-
     def explained(self) -> bool:
         """Return whether a candidate has only rounding errors on the validation rows."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
@@ -228,7 +253,7 @@ class Race:
                 # the trial fit reports no progress, because the progress of the full fit begins at 0
                 options = {**candidate.options, **candidate.quick}
                 short = self.excess(self.trial(name, key, candidate, options, silent, share))
-                if not short <= HOPE * self.least():
+                if not short <= HOPE * max(min(map(self.excess, self.trials.values())), EXACT):
                     self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
                     return
             trial = self.trial(name, key, candidate, candidate.options, progress)
@@ -245,7 +270,8 @@ class Race:
 
     def contenders(self) -> list[Trial]:
         """Return the candidates except losers, in the order in which they were added."""
-        return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
+        most = LOSER * self.least()
+        return [t for t in self.trials.values() if self.risk(t) <= most]
 
     def late(self) -> list[Trial]:
         """Return the candidates to fit next: the candidates, except losers, with the smallest number of fits so far.
@@ -263,7 +289,7 @@ class Race:
         for t in trials:
             try:
                 model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, silent)
-                t.others += [self._other(m) for m in ([model] if t.others else [t.model, model])]
+                t.others.append(self._other(model)[self.inside])
             except InputError:
                 more, blocks = np.full(1, np.inf), []
             t.errors = np.concatenate([t.errors, more])
@@ -272,16 +298,15 @@ class Race:
 
     def _other(self, model: Model) -> Array:
         """Return the output of a model for an input with another memory; covariates have their start values."""
-        y = model.graph.run(with_starts(model.graph, self.other), self.data.h)
-        return np.asarray(y).reshape(-1)[self.inside]
+        return np.asarray(model.graph.run(with_starts(model.graph, self.other), self.data.h)).reshape(-1)
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
         """Return whether a candidate is as good as `best`, or noise can explain the difference between their errors."""
-        if self.risk(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.risk(best), EXACT):
+        if self.risk(trial) <= AS_GOOD * max(self.risk(best), EXACT):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
             return False
-        worse = trial.square - best.square + trial.spread**2 - best.spread**2
+        worse = trial.square - best.square + self.uncertainty(trial) ** 2 - self.uncertainty(best) ** 2
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
 

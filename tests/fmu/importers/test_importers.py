@@ -1,5 +1,6 @@
 """Every key of METHODS and each of its inverses, as FMI 2.0 and FMI 3.0 FMU, in every importer available."""
 
+import re
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,7 +22,7 @@ from runners import (
     run_by_unit,
     run_in_container,
 )
-from test_keys import LEARNED, REFUSED, H, fitted_model, signal_for
+from test_keys import KEYS, LEARNED, REFUSED, H, fitted_model, signal_for
 
 import hystfmu as hy
 from hystfmu import Model
@@ -34,7 +35,9 @@ from hystfmu.inverse import METHODS as WAYS
 from hystfmu.inverse import inverse
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_ssp
+from hystfmu.scenario.system.spec import shipped_scenarios
 
+PAGE = Path(__file__).parents[3] / "python" / "docs" / "importers.md"
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
 FILES = {
     2: {"modelDescription.xml": "fmi2/fmi2ModelDescription.xsd"},
@@ -228,13 +231,14 @@ def installed(readers: Iterable[str]) -> list[str]:
     return found
 
 
-@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("name", "separate"),
     [
         ("Feedthrough", False),
-        ("Dahlquist", True),
-        *(pytest.param(*c, marks=pytest.mark.stress) for c in (("Feedthrough", True), ("Dahlquist", False))),
+        *(
+            pytest.param(*c, marks=pytest.mark.stress)
+            for c in (("Feedthrough", True), ("Dahlquist", False), ("Dahlquist", True))
+        ),
     ],
 )
 def test_a_loop_with_a_reference_fmu(name: str, separate: bool, tmp_path: Path) -> None:
@@ -259,3 +263,11 @@ def test_a_loop_with_a_foreign_fmu(tmp_path: Path) -> None:
     assert written.components == 3
     for reader in installed(READERS):
         assert error(written.path, reader, case.step) < BOUND, reader
+
+
+def test_the_page_of_importers_has_a_row_for_each_kind_and_loop() -> None:
+    _, kinds, loops, _ = PAGE.read_text("utf-8").split("\n## ")
+    folder = shipped_scenarios()
+    names = sorted(file.parent.relative_to(folder).as_posix() for file in folder.rglob("scenario.toml"))
+    for table, rows_of_it in ((kinds, KEYS), (loops, names)):
+        assert re.findall(r"^\| (\S.*?) \|", table, re.MULTILINE)[1:] == rows_of_it, "run 'make importers'"
