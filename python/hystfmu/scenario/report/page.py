@@ -103,12 +103,7 @@ def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
     errors = sum(r.trace is None for r in results)
     failures = sum(not r.passed for r in results) - errors
     seconds = sum(r.seconds for r in results)
-    return {
-        "tests": str(len(results)),
-        "failures": str(failures),
-        "errors": str(errors),
-        "time": f"{seconds:.3f}",
-    }
+    return {"tests": str(len(results)), "failures": str(failures), "errors": str(errors), "time": f"{seconds:.3f}"}
 
 
 ALL = "Scenarios against cases, each with its error and verdict"
