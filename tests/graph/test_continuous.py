@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from excitation import configurations, node, rows
+from series import series
 
 from hystfmu import Graph, InputError, Model, Node
 from hystfmu.core.executor import ContinuousExecutor, Executor
@@ -38,11 +39,10 @@ def memory(graph, c):
 
 def bank_and_network(n=6):
     rng = np.random.default_rng(3)
-    nodes = [
+    return series(
         Node("bank", "play_bank", {}, {"r": np.linspace(0.05, 0.8, n)}),
         Node("net", "mlp", {"n_in": n, "n_hidden": 5}, {"W1": rng.normal(size=5 * n), "W2": rng.normal(size=5)}),
-    ]
-    return Graph(nodes, [("bank.z", "net.u")], [Input("u", ("bank.u",))], [Output("y", "net.y")])
+    )
 
 
 def configured(names):

@@ -5,7 +5,6 @@ itself or data made from it. Methods of `Dataset` and functions inside others do
 climbs where the next function lies in another room, in a module that imports the module before, directly or not.
 """
 
-import ast
 import inspect
 import sys
 from collections.abc import Callable
@@ -15,27 +14,10 @@ from pathlib import Path
 
 import plants
 import pytest
+from house.imported import MODULES, PACKAGE, imports
 
 import hystfmu as hy
 from hystfmu.data.signals import training
-
-PACKAGE = Path(hy.__file__).parent
-
-
-def file_of(module: str) -> Path:
-    path = PACKAGE.parent / Path(*module.split("."))
-    return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-
-
-@cache
-def imports(module: str) -> frozenset[str]:
-    """Return the modules that a module imports anywhere, also inside functions."""
-    found = set()
-    for n in ast.walk(ast.parse(file_of(module).read_text())):
-        if isinstance(n, ast.ImportFrom) and n.module and n.module.startswith("hystfmu."):
-            named = {f"{n.module}.{a.name}" for a in n.names}
-            found |= {m if file_of(m).exists() else n.module for m in named}
-    return frozenset(found)
 
 
 @cache
@@ -50,7 +32,7 @@ def below(module: str) -> frozenset[str]:
 
 
 def room(module: str) -> str:
-    return module if file_of(module).name == "__init__.py" else module.rpartition(".")[0]
+    return module if MODULES[module].name == "__init__.py" else module.rpartition(".")[0]
 
 
 def walk(run: Callable[[], object]) -> list[tuple[str, str]]:

@@ -80,6 +80,7 @@ def test_a_fit_of_the_true_structure_is_off_by_less_than_the_noise(name):
     assert 0 < Case(name, "decaying sine", 4).truth() < 100 * NOISE
 
 
+@pytest.mark.stress
 def test_a_solver_is_fitted_to_several_records():
     """Each fit leaves least on the records that it has."""
     name = "shape-memory alloy"
