@@ -117,10 +117,10 @@ def test_beside_a_fold_that_is_held_out_there_are_blocks_that_tell_which_parts_t
 DECAY = signals.decaying_sine(10, 0.1)
 
 
-def trial(name, errors=0.01, **more):
+def trial(name, errors=0.01, others=()):
     """Return a candidate with errors of this size on the blocks; `others` has the outputs of the folds."""
     model = SimpleNamespace(fit={"parameters": 3})
-    return Trial(name, name, Candidate(ANY, 1.0, 0.1), model, np.full(50, errors), 0.0, **more)
+    return Trial(name, name, Candidate(ANY, 1.0, 0.1), model, np.full(50, errors), 0.0, list(others))
 
 
 def test_the_spread_is_the_standard_error_of_a_mean():

@@ -71,7 +71,7 @@ class Excitation:
 
     @property
     def closes(self) -> bool:
-        """Whether enough minor loops close to exclude kinds with open loops."""
+        """Result of the test whether enough minor loops close to exclude kinds with open loops."""
         return self.memory == RETURN_POINT and self.loops >= LEAST_LOOPS
 
 
