@@ -73,7 +73,7 @@ class Parts:
 
     @property
     def in_series(self) -> bool:
-        """Whether a dashpot is in series with z."""
+        """True if a dashpot is in series with z."""
         return len(self.p) > DASHPOT.start
 
     def graph(self, scaling: Node, data: Dataset) -> tuple[Graph, tuple[Linear, ...]]:
