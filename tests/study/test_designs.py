@@ -21,8 +21,8 @@ from hystfmu.graph import Graph, Input, Node, Output, blocks
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.studies.sampling import Asked, sampler
 from hystfmu.studies.spec import Study, in_parallel
+from hystfmu.studies.task import Asked, sampler
 
 LOOPS = tuned.SCENARIOS / "loops" / "gains.toml"
 PID = """extends = "gains.toml"

@@ -18,8 +18,8 @@ from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.scenario.outcome.trace import Stopped
-from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import Study
+from hystfmu.studies.task import sampler
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 LOOPS = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.glob("**/hard.study.toml"))

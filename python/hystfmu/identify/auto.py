@@ -38,10 +38,11 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Candidate, candidates, method, too_large
 from hystfmu.identify.cuts import shortened
-from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
+from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import EXACT, LOSER, Race, Trial
+from hystfmu.identify.race import EXACT, LOSER, Race
+from hystfmu.identify.trial import Trial
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
@@ -52,7 +53,6 @@ REFUSED = 5.0  # largest accepted error of the best model, without noise (% of t
 EXACT_INVERSE = "exact"
 LARGE = 2.0  # gap of minor loops (% of the span) above which static return-point models are excluded
 CLOSED = 0.05  # gap of minor loops (% of the span) up to which models with open loops are excluded
-LEAST_LOOPS = 5  # number of closed loops that show return-point memory; single loops also close where y saturates
 BUDGET = 24.0  # estimated time for all candidates (s); it is not measured, so that the load does not change the choice
 EXPLAINED = 0.3  # error of a model, relative to the gap of minor loops, up to which it represents their gap
 HOPEFUL = 0.2  # expected share of the full cost for kinds with a trial fit: most fail it, or need no fit at all
@@ -184,18 +184,13 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
     for name, candidate in found.items():
         if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
-        elif candidate.memory in (OPENS, LATE) and _closes(seen) and seen.gap <= CLOSED:
+        elif candidate.memory in (OPENS, LATE) and seen.closes and seen.gap <= CLOSED:
             reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
         elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
         elif candidate.memory == LAGS and not seen.several_speeds:
             reasons[name] = "the input has one speed only and is not informative about rate dependence"
     return reasons
-
-
-def _closes(seen: Excitation) -> bool:
-    """Return whether the minor loops of a record show return-point memory."""
-    return seen.memory == RETURN_POINT and seen.loops >= LEAST_LOOPS
 
 
 class _Report:
@@ -257,7 +252,7 @@ def _needless(race: Race, candidate: Candidate, seen: Excitation, only_invertibl
     best = min(others, key=race.excess)
     if candidate.memory == LAGS and race.excess(best) <= FINE:
         return f"{best.name} has an error of at most {FINE:g} % of the span without its rate dependence"
-    if candidate.memory in (OPENS, LATE) and _closes(seen) and race.excess(best) <= EXPLAINED * seen.gap:
+    if candidate.memory in (OPENS, LATE) and seen.closes and race.excess(best) <= EXPLAINED * seen.gap:
         return f"{best.name} represents the gap of {seen.gap:.2g} % of the span of the minor loops"
     return ""
 
@@ -274,7 +269,7 @@ def _rate(race: Race, seen: Excitation) -> str:
 
 def _warnings(best: Trial, seen: Excitation) -> list[str]:
     memory = best.candidate.memory
-    if not ((memory == OPENS and _closes(seen)) or (memory == CLOSES and seen.memory == OPEN_LOOPS)):
+    if not ((memory == OPENS and seen.closes) or (memory == CLOSES and seen.memory == OPEN_LOOPS)):
         return []
     return [
         f"the best model on the validation blocks is {best.name}, but the minor loops in the data have a gap of "

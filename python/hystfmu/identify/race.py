@@ -9,16 +9,13 @@ clearly larger than the smallest one is called a loser.
 
 The fits to a poor record, such as one oscillation, all contain the same few states of the memory. A candidate of a
 wrong structure may then follow all blocks, and its fits agree with each other, although they are wrong for other
-inputs. Differences between candidates show this. The outputs of all candidates for an input with another memory are
-combined to a mean with weights inverse to their mean square errors (Bates & Granger, Operational Research Quarterly 20
-(1969) 451-468). If the output of the device is that of one of the candidates, with these weights as probabilities, the
-candidate with the smallest expected square error is the nearest one to the mean. Therefore the distance from the mean
-replaces the standard error.
+inputs. Differences between candidates show this. The outputs of the candidates for an input with another memory are
+combined, row by row, to a median with weights inverse to their errors. The median is a better forecast than most of the
+combined ones, and single wrong ones hardly move it (Stock & Watson, Journal of Forecasting 23 (2004) 405-430).
+Therefore the distance from the median replaces the standard error.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +29,7 @@ from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
+from hystfmu.identify.trial import Trial
 from hystfmu.model import Model, guards, run_along, with_starts
 from hystfmu.model.accuracy import rms
 
@@ -47,56 +45,6 @@ GAIN = 0.3  # error beside white noise, relative to the noise, below which no ex
 SURE = 2.0  # number of standard errors of a difference that noise can explain
 UNCERTAIN = 4.0  # n times the relative variance of error minus noise on n rows; error and noise contribute 2 each
 OUTSIDE = 3.0  # assumed error (% of the span) of a network or of local parameters in states outside the training rows
-
-
-@dataclass
-class Trial:
-    """A candidate and the results of its fits so far.
-
-    `model` is the fit without the first fold. `errors` (m,) contains the errors on the rows of all folds so far, and
-    `by_block` contains the RMS error on each block. `others` contains one output (n,) for each fit, for an input with
-    another memory. `leaves` is whether the first of these outputs leaves the range of the record by more than the span.
-    `first` is the mean square error on the first fold. `outside` is the share of the states of other signals that have
-    no near training row. `whole` is the RMS error of `model` over all training rows. It is used because a large error
-    on fitted rows is also an error of the candidate, for example in a sweep at the end of a record, which no block
-    contains.
-    """
-
-    name: str
-    key: str
-    candidate: Candidate
-    model: Model
-    errors: Array
-    outside: float
-    others: list[Array]
-    leaves: bool = False
-    folds: int = 1
-    by_block: list[float] = field(default_factory=list)
-    whole: float = 0.0
-    first: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.first = self.square
-
-    @property
-    def square(self) -> float:
-        """Mean square error on the rows of all folds so far, or on all training rows if this value is larger."""
-        return max(float(np.mean(self.errors**2)), self.whole**2)
-
-    @property
-    def parameters(self) -> int:
-        """Number of fitted parameters."""
-        return int(self.model.fit["parameters"])
-
-    @property
-    def spread(self) -> float:
-        """RMS of the standard error of the output for an input with another memory; 0 if there is only one fit."""
-        n = len(self.others)
-        if n < 2:
-            return 0.0
-        with np.errstate(over="ignore", invalid="ignore"):
-            found = (n - 1) ** 0.5 * rms(np.array(self.others) - np.mean(self.others, axis=0))
-        return found if np.isfinite(found) else np.inf
 
 
 class Race:
@@ -116,7 +64,7 @@ class Race:
         lo, hi = max(v.min() for v in kept), min(v.max() for v in kept)
         # outside the range of the rows of a fold, a fit extrapolates, but the fit to all rows does not
         self.inside: NDArray[np.bool_] = (self.other >= lo) & (self.other <= hi)
-        self._mean: tuple[dict[str, float], Array] = {}, np.zeros(1)  # of all candidates, for these weights
+        self._median: tuple[dict[str, float], Array] = {}, np.zeros(1)  # of the candidates with these weights
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
         """Return the data without the blocks of a fold, the rows of these blocks, and the block number of each row.
@@ -182,20 +130,21 @@ class Race:
         return self._distance(trial) if self.poor else trial.spread
 
     def _distance(self, trial: Trial) -> float:
-        """Return the RMS distance of the output for an input with another memory from the mean of all candidates.
+        """Return the RMS distance of the output for an input with another memory from the median of the candidates.
 
-        Candidates whose output leaves the range of the record are not part of the mean. If no others are left, the
-        function returns the standard error.
+        Candidates whose output leaves the range of the record, or whose error is more than `HOPE` times the smallest
+        one, are not part of the median. If no others are left, the function returns the standard error.
         """
-        least = (EXACT / 100 * self.data.span) ** 2
-        weights = {name: 1 / max(t.square, least) for name, t in self.trials.items() if not t.leaves}
-        if not weights:
+        least = EXACT / 100 * self.data.span
+        sizes = {name: max(t.square**0.5, least) for name, t in self.trials.items() if not t.leaves}
+        if not sizes:
             return trial.spread
-        if self._mean[0] != weights:
-            outputs = [self.trials[name].others[0] for name in weights]
-            self._mean = weights, np.average(outputs, axis=0, weights=list(weights.values()))
+        weights = {name: 1 / size for name, size in sizes.items() if size <= HOPE * min(sizes.values())}
+        if self._median[0] != weights:
+            outputs = np.array([self.trials[name].others[0] for name in weights])
+            self._median = weights, _weighted_median(outputs, np.array(list(weights.values())))
         with np.errstate(over="ignore", invalid="ignore"):
-            found = rms(trial.others[0] - self._mean[1])
+            found = rms(trial.others[0] - self._median[1])
         return found if np.isfinite(found) else np.inf
 
     def best(self) -> Trial:
@@ -309,6 +258,14 @@ class Race:
         worse = trial.square - best.square + self.uncertainty(trial) ** 2 - self.uncertainty(best) ** 2
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
+
+
+def _weighted_median(values: Array, weights: Array) -> Array:
+    """Return the median (n,) of each column of `values` (m, n), whose rows have the given weights (m,)."""
+    order = np.argsort(values, axis=0)
+    reached = np.cumsum(weights[order], axis=0)
+    middle = np.argmax(reached >= reached[-1] / 2, axis=0)[None]
+    return np.asarray(np.take_along_axis(values, np.take_along_axis(order, middle, 0), 0)[0])
 
 
 def doubt(rows: int) -> float:

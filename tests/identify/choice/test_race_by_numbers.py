@@ -127,7 +127,7 @@ def test_the_preferred_of_equal_ones(race, excursions, inverses, only, chosen):
 
 
 @pytest.mark.parametrize(("poor", "chosen"), [(True, "middle"), (False, "follows")])
-def test_on_one_oscillation_the_candidate_next_to_the_mean_is_preferred(race, poor, chosen):
+def test_on_one_oscillation_the_candidate_next_to_the_median_is_preferred(race, poor, chosen):
     """All follow the record about equally, and only their outputs for another memory tell them apart."""
     race.poor = poor
     outputs = {"follows": (0.9, 1.0), "middle": (1.0, 0.4), "other": (1.1, -0.4), "loser": (9.0, -3.0)}
@@ -138,24 +138,35 @@ def test_on_one_oscillation_the_candidate_next_to_the_mean_is_preferred(race, po
     assert auto._preferred(race, True, None, False, {}).name == chosen
 
 
-def test_the_distance_from_the_mean_of_all_that_stay_in_the_range(race):
-    """Weights are inverse to the square errors: 1 and 1/4."""
+def test_the_distance_from_the_median_of_all_that_stay_in_the_range(race):
+    """The weights are inverse to the errors; a candidate with more than four times the least error has none."""
     race.poor = True
-    outputs = {"a": (1.0, 0.0), "b": (2.0, 0.5), "far": (2.0, 9.0)}
+    outputs = {"a": (1.0, 0.0), "b": (2.0, 0.5), "c": (2.1, 0.5), "far": (2.0, 9.0), "bad": (4.1, 9.0)}
     race.trials = {n: trial(n, e * E4, others=[np.full(4, y * E4)], leaves=n == "far") for n, (e, y) in outputs.items()}
-    assert {n: race.uncertainty(t) / E4 for n, t in race.trials.items()} == pytest.approx(
-        {"a": 0.1, "b": 0.4, "far": 8.9}
-    )
-    assert race.risk(race.trials["a"]) == pytest.approx(np.hypot(1.0, 0.1))
-    race.trials["b"] = trial("b", 1.0 * E4, others=[np.full(4, 0.5 * E4)])  # a later fold changes its error
-    assert race.uncertainty(race.trials["a"]) == pytest.approx(0.25 * E4)
+
+    def distances():
+        return {n: race.uncertainty(t) / E4 for n, t in race.trials.items()}
+
+    assert distances() == pytest.approx({"a": 0.0, "b": 0.5, "c": 0.5, "far": 9.0, "bad": 9.0})  # 1 of 1 + 1/2 + 1/2.1
+    assert race.risk(race.trials["b"]) == pytest.approx(np.hypot(2.0, 0.5))
+    race.trials["b"].errors[:] = 1.9 * E4  # a later fold changes its error: 1 of 1 + 1/1.9 + 1/2.1
+    assert distances()["a"] == pytest.approx(0.5)
     race.trials["b"].others[0][:] = np.inf
     race.trials["b"].leaves = True
-    assert race.uncertainty(race.trials["a"]) == 0.0
-    assert race.uncertainty(race.trials["b"]) == np.inf
+    assert distances()["a"] == 0.0
+    assert distances()["b"] == np.inf
     for t in race.trials.values():
         t.leaves = True
-    assert [race.uncertainty(t) for t in race.trials.values()] == [0.0, 0.0, 0.0], "the standard error of one fit"
+    assert set(distances().values()) == {0.0}, "the standard error of one fit"
+
+
+def test_the_weighted_median_of_each_column():
+    rng = np.random.default_rng(4)
+    values, weights = rng.normal(size=(7, 50)), rng.uniform(0.1, 1, 7)
+    found = module._weighted_median(values, weights)
+    loss = (weights[:, None, None] * np.abs(values[:, None] - values[None])).sum(axis=0)  # of each value as the middle
+    assert found == pytest.approx(values[np.argmin(loss, axis=0), np.arange(50)])
+    assert module._weighted_median(values, np.ones(7)) == pytest.approx(np.median(values, axis=0))
 
 
 def test_a_static_kind_is_no_refuge_where_none_follows(race):
