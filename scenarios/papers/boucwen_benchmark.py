@@ -110,11 +110,18 @@ def grey_box(u: Array, y: Array, test: Records) -> tuple[float, float]:
     force, displacement = (np.tile(finer(v, UPSAMPLING), 2) for v in (u, y))
     step, steady = 1 / (RATE * UPSAMPLING), slice(rows, 2 * rows)
     data = Dataset.from_signal(force, displacement, step, "Bouc-Wen benchmark", steady)
-    model = fit(data, "bouc_wen_oscillator", stride=UPSAMPLING)
+    return tested(fit(data, "bouc_wen_oscillator", stride=UPSAMPLING).predict, UPSAMPLING, test)
+
+
+def tested(response: Callable[[Array], Array], k: int, test: Records) -> tuple[float, float]:
+    """Return the RMS errors (m) of a model on both tests.
+
+    `response` maps a force to a displacement at 15 kHz. The force has k samples for each sample of a record.
+    """
     n = len(test.multisine[0])
     # with one additional period, the end of the record, where the filters extrapolate, is not in the result
-    y1 = sampled(model.predict(np.tile(finer(test.multisine[0], UPSAMPLING), 3)), DECIMATE_MULTISINE)[n : 2 * n]
-    y2 = sampled(model.predict(synthetic.sweep(len(test.sweep[0]) / RATE)), DECIMATE_SWEEP)
+    y1 = sampled(response(np.tile(finer(test.multisine[0], k), 3)), DECIMATE_MULTISINE)[n : 2 * n]
+    y2 = sampled(response(synthetic.sweep(len(test.sweep[0]) / RATE)[:: UPSAMPLING // k]), DECIMATE_SWEEP)
     return rms(y1 - test.multisine[1]), rms(y2 - test.sweep[1])
 
 
@@ -125,16 +132,12 @@ def duhem(u: Array, y: Array, test: Records, progress: Callable[[float], None]) 
     force, displacement = (np.concatenate([v[-way_in:], v]) for v in (finer(u, k), finer(y, k)))
     data = Dataset.from_signal(force, displacement, 1 / (RATE * k), "Bouc-Wen benchmark", slice(way_in, len(force)))
     model = fit(data, "duhem_oscillator", progress=progress, stride=k)
-    n = len(test.multisine[0])
 
-    def full_rate(y: Array) -> Array:  # the filters of the benchmark work at 15 kHz
+    def full_rate(u: Array) -> Array:  # the filters of the benchmark work at 15 kHz
+        y = model.predict(u)
         return np.interp(np.arange(len(y) * COARSER) / COARSER, np.arange(len(y)), y)
 
-    y1 = full_rate(model.predict(np.tile(finer(test.multisine[0], k), 3)))
-    y1 = sampled(y1, DECIMATE_MULTISINE)[n : 2 * n]
-    y2 = full_rate(model.predict(synthetic.sweep(len(test.sweep[0]) / RATE)[::COARSER]))
-    y2 = sampled(y2, DECIMATE_SWEEP)
-    return rms(y1 - test.multisine[1]), rms(y2 - test.sweep[1])
+    return tested(full_rate, k, test)
 
 
 def black_box(u: Array, y: Array, test: Records, progress: Callable[[float], None]) -> tuple[float, float]:

@@ -129,6 +129,7 @@ def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: 
     assert done(home, server) == (set() if confined else EVERYTHING)
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("options", [[], ["--unconfined"]], ids=["confined", "unconfined"])
 @pytest.mark.parametrize("command", ["run loop", ALONE, "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
 def test_commands(

@@ -8,8 +8,8 @@ import re
 from collections import Counter
 from pathlib import Path
 
-import pytest
 from amalgamate import blank, top_level
+from house.imported import circle
 
 ROOT = Path(__file__).parents[2] / "fmu_build"
 FILES = sorted(p for room in ("core", "fmi", "master") for p in (ROOT / room).rglob("*.[ch]"))
@@ -49,36 +49,11 @@ def edges() -> dict[str, set[str]]:
     return found
 
 
-def circle(above: dict[str, set[str]]) -> list[str]:
-    """The units along a circle, or none."""
-    left = {k: set(v) for k, v in above.items()}
-    while free := [k for k, v in left.items() if not v & set(left)]:
-        for k in free:
-            del left[k]
-    if not left:
-        return []
-    path = [min(left)]
-    while path.count(path[-1]) < 2:
-        path.append(min(left[path[-1]] & set(left)))
-    return path[path.index(path[-1]) :]
-
-
 def test_the_files_form_no_circle() -> None:
     found = edges()
     assert sum(map(len, found.values())) > 150, "the parser sees too little"
     assert "core/graph/run" in found["fmi/life"]
     assert circle(found) == []
-
-
-@pytest.mark.parametrize(
-    ("above", "expected"),
-    [
-        ({"a": {"b"}, "b": {"c"}, "c": set()}, []),
-        ({"a": {"b"}, "b": {"c"}, "c": {"b"}}, ["b", "c", "b"]),
-    ],
-)
-def test_a_circle_is_found(above: dict[str, set[str]], expected: list[str]) -> None:
-    assert circle(above) == expected
 
 
 def test_what_a_file_gives_to_others_is_declared_in_its_own_header() -> None:

@@ -1,11 +1,11 @@
 """Design tools against closed forms: describing functions, margins, transfer functions, tangents, delays, sectors."""
 
 from importlib.util import find_spec
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from series import series
 
 from hystfmu.base.errors import InputError
 from hystfmu.design import describing_function, gains, linearise, loop, margins, sector, to_control
@@ -141,14 +141,13 @@ def test_gains_carry_their_units() -> None:
 # ---- delays ----------------------------------------------------------------------------------------------------------
 def chain(steps: int, gain: float = 2.5) -> Graph:
     """As the kinds g0_... : a gain, G0, a delay, an offset."""
-    nodes = [
+    return series(
         Node("input", "scaling", {"n": 1}, {"gain": gain}),
         G0,
         Node("late", "delay", {"n": steps}, {"y0": 0.0}),
         Node("readout", "scaling", {"n": 1}, {"offset": 0.0}),
-    ]
-    wires = [("input.y", "g0.u"), ("g0.y", "late.u"), ("late.y", "readout.u")]
-    return Graph(nodes, wires, [Input("u", ("input.u",))], [Output("y", "readout.y")], step=H)
+        step=H,
+    )
 
 
 def test_a_discrete_delay_is_what_the_core_steps():
@@ -212,13 +211,11 @@ def test_refusals_of_delays():
 def late_inverse() -> tuple[Model, Model]:
     """Plays, G0 and a delay of 3.4 steps as the kinds g0_..., and their inverse."""
     values = {"w0": 0.6, "r": [0.05, 0.2], "w": [0.3, 0.2]}
-    chain = [
+    graph = series(
         Node("hysteresis", "prandtl_ishlinskii", {}, values),
         *Dynamics(500.0, 0.7, 3.4 * H).nodes(H, "zoh"),
         Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
-    ]
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
-    graph = Graph(chain, wires, [Input("u", ("hysteresis.u",))], [Output("y", "readout.y")])
+    )
     model = Model("g0_prandtl_ishlinskii", graph, H, "", {}, {"span_u": [-1, 1]})
     return model, inverse(model)
 
@@ -248,11 +245,10 @@ W0, R, W = 0.3, 0.1, 0.7
 
 def plays_and_lag(gain: float = 1.0) -> Graph:
     """w0 u + w p_r[u] by slopes w0 inside of the play and w0 + w outside, before dynamics with static gain `gain`."""
-    nodes = [
+    return series(
         Node("plays", "prandtl_ishlinskii", {"n": 1}, {"w0": W0, "r": [R], "w": [W]}),
         Node("g0", "transfer_function", {"na": 2}, {"b": [gain * 1e6], "a": [1.0, 1e3, 1e6]}),
-    ]
-    return Graph(nodes, [("plays.y", "g0.u")], [Input("u", ("plays.u",))], [Output("y", "g0.y")])
+    )
 
 
 def test_slopes_of_a_play_are_those_inside_and_outside() -> None:

@@ -2,7 +2,6 @@
 
 import json
 from importlib.util import find_spec
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 from scipy.linalg import expm
 from scipy.signal import cont2discrete
+from series import series
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -65,12 +65,6 @@ def test_a_conditionally_stable_loop_is_named_in_words() -> None:
 
 def creep(w: list[float], T: list[float], w0: float = 1.0) -> hy.Node:
     return hy.Node("creep", "creep", {"n": len(w)}, {"w0": w0, "w": w, "T": T})
-
-
-def in_series(*nodes: hy.Node) -> hy.Graph:
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
-    ends = [hy.Input("u", (f"{nodes[0].name}.u",))], [hy.Output("y", f"{nodes[-1].name}.y")]
-    return hy.Graph(list(nodes), wires, *ends, step=H)
 
 
 def lag2(wn: float, zeta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -135,7 +129,7 @@ def test_a_conditionally_stable_loop_with_creep_has_the_poles_of_its_state_space
     lead, late = rng.uniform(0.02, 0.04), int(rng.integers(0, 3))
     c = rng.uniform(0.3, 0.5) * 2 * np.pi * 40
     pid = {"Kp": 0.5 * c / lead, "Ki": 0.2 * c / lead**2, "Kd": 1.5 * c, "tau": 1e-4}
-    L = hy.design.loop(in_series(*nodes), hy.Node("pid", "pid", {}, pid), H, delay=late)
+    L = hy.design.loop(series(*nodes, step=H), hy.Node("pid", "pid", {}, pid), H, delay=late)
     space = own_space(w, T, [*(lag2(*m) for m in modes), INTEGRATOR, INTEGRATOR])
     expected = closed_poles(space, pid, late)
     found = hy.design.margins(L)
@@ -174,7 +168,7 @@ def test_gain_margins_are_where_the_poles_of_drawn_loops_leave_the_circle(_: int
         "Kd": 10 ** rng.uniform(-6, -3),
         "tau": 10 ** rng.uniform(-5, -3),
     }
-    found = hy.design.margins(hy.design.loop(in_series(*nodes), hy.Node("pid", "pid", {}, pid), H, delay=late))
+    found = hy.design.margins(hy.design.loop(series(*nodes, step=H), hy.Node("pid", "pid", {}, pid), H, delay=late))
     space = own_space(w, T, [lag2(*m) for m in modes])
 
     def poles(gain: float) -> np.ndarray:
@@ -205,7 +199,7 @@ def test_a_static_plant_answers_the_last_command() -> None:
     gain = hy.Node("gain", "scaling", {"n": 1}, {"gain": 2.0})
     pid = hy.Node("c", "pid", {}, {"Kp": 0.0, "Ki": 1000.0})
     for nodes, limit in (((gain,), 2.0), ((gain, hy.Node("late", "delay", {"n": 2})), 2 * np.sin(np.pi / 10))):
-        found = hy.design.margins(hy.design.loop(in_series(*nodes), pid, H))
+        found = hy.design.margins(hy.design.loop(series(*nodes, step=H), pid, H))
         assert found.gain_db == pytest.approx(20 * np.log10(limit / (1000.0 * H * 2.0)), abs=1e-6)
 
 

@@ -105,6 +105,7 @@ def seen() -> Race:
     return race(plants, Design(STAGE, H), AIM, names=["integral", "notch", "ppf", "internal_model"])
 
 
+@pytest.mark.stress
 def test_structures_that_know_the_resonance_are_faster_than_an_integral(seen: Race) -> None:
     bandwidth = {t.structure.name: t.bandwidth for t in seen.found}
     assert seen.winner is not None

@@ -88,7 +88,10 @@ def test_fit_as_json(fitted):
     assert result["rms_percent"] < 1
 
 
-def test_predict_export_validate_inverse(fitted, tmp_path):
+def test_predict_export_validate_inverse(fitted, tmp_path, monkeypatch):
+    monkeypatch.setitem(
+        sys.modules, "fmu_manipulation_toolbox", None
+    )  # tests/fmu has it; it takes longer than the rest
     folder, _ = fitted
     model = folder / "m.model.toml"
     done = process("predict", model, folder / "data.csv", "-o", tmp_path / "out.csv")

@@ -64,6 +64,7 @@ def run_hidden(folder: Path, hidden: list[str], *commands: str) -> list[tuple[li
     return [([line], status) for line, status in zip(lines, statuses, strict=True)]
 
 
+@pytest.mark.stress
 def test_without_torch_networks_are_trained_and_inverted(folder: Path):
     """Only modules that a user builds in torch need it."""
     commands = [

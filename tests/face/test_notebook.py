@@ -90,6 +90,7 @@ def test_matplotlib_draws_the_same_rows(shown: dict[str, object], data: hy.Datas
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.pdf", "a.png"]
 
 
+@pytest.mark.stress
 def test_matplotlib_opens_no_window() -> None:
     """In a process of its own: another library may have loaded pyplot into this one."""
     pytest.importorskip("matplotlib", reason="the extra notebook is not installed")

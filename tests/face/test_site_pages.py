@@ -17,8 +17,9 @@ DIRECTIVE = re.compile(r"^```\{.*?^```$", re.MULTILINE | re.DOTALL)
 FAILS = "exit status 1"
 # commands that take long, and the tests that run the same
 ELSEWHERE = {"hystfmu study scenarios/pid/draws.study.toml -o out": "tests/study/test_yield.py"}
-# pages that design several loops: tests/start and tests/redesign have the same commands with smaller records
-SLOW = {"tutorial/piezo.md", "explanation/promise.md", "howto/loops.md"}
+# pages that design several loops or fit several graphs: tests/start, tests/redesign and identify/estimate have the
+# same commands with smaller records
+SLOW = {"tutorial/piezo.md", "explanation/promise.md", "howto/loops.md", "howto/graph.md"}
 
 
 @pytest.mark.some(1)

@@ -181,6 +181,7 @@ def test_build_description(tmp_path: Path) -> None:
     assert hy.validate(tmp_path / "three.fmu") == []
 
 
+@pytest.mark.stress
 def test_two_of_them_in_one_program(tmp_path: Path) -> None:
     """Two source FMUs link together with the function prefixes of FMI 2.0 and FMI 3.0."""
     official = tmp_path / "headers"  # restore the macro of the standard, which the copy of fmpy lacks

@@ -2,9 +2,11 @@
 
 import math
 
+import fmu_events
 import numpy as np
 import pytest
 from excitation import configurations, node, rows
+from series import series
 
 from hystfmu import Graph, InputError, Model, Node
 from hystfmu.core.executor import ContinuousExecutor, Executor
@@ -38,11 +40,10 @@ def memory(graph, c):
 
 def bank_and_network(n=6):
     rng = np.random.default_rng(3)
-    nodes = [
+    return series(
         Node("bank", "play_bank", {}, {"r": np.linspace(0.05, 0.8, n)}),
         Node("net", "mlp", {"n_in": n, "n_hidden": 5}, {"W1": rng.normal(size=5 * n), "W2": rng.normal(size=5)}),
-    ]
-    return Graph(nodes, [("bank.z", "net.u")], [Input("u", ("bank.u",))], [Output("y", "net.y")])
+    )
 
 
 def configured(names):
@@ -91,7 +92,7 @@ def test_commits_over_a_record_are_the_steps_of_a_run_bit_for_bit(graph):
 
 
 def runge_kutta(c, u_of, t, h, n):
-    """Classical Runge-Kutta method over [t, t + h] in n steps, written here; the input is a function of the time."""
+    """Classical Runge-Kutta method over [t, t + h] in n steps; the input is a function of the time."""
 
     def f(at, x):
         put(c, u_of(at))
@@ -99,15 +100,7 @@ def runge_kutta(c, u_of, t, h, n):
         c.evaluate(at)
         return c.derivatives()
 
-    x, s = c.x, h / n
-    for i in range(n):
-        at = t + i * s
-        k1 = f(at, x)
-        k2 = f(at + s / 2, x + s / 2 * k1)
-        k3 = f(at + s / 2, x + s / 2 * k2)
-        k4 = f(at + s, x + s * k3)
-        x = x + s / 6 * (k1 + 2 * (k2 + k3) + k4)
-    f(t + h, x)
+    f(t + h, fmu_events.runge_kutta(n)(f, t, t + h, c.x))
 
 
 LINEAR = {

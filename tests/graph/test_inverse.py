@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import plants
 import pytest
+from series import series
 
 from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.data import signals
-from hystfmu.graph import Input, Output
 from hystfmu.identify import fit
 from hystfmu.inverse import inverse
 from papers import nested_loops, zhao_tan_2008
@@ -58,13 +58,12 @@ def test_an_exact_inverse_survives_its_file(tmp_path):
 
 def chain(*nodes, memory="dominant"):
     """scaling -> zhao_tan -> scaling with limits."""
-    nodes = [
+    graph = series(
         Node("a", "scaling", {"n": 1}, {"gain": -1.5, "offset": 0.2, "lo": -0.9}),
         Node("b", "zhao_tan", {}, {"memory": memory, "x0": 0.2}),
         Node("c", "scaling", {"n": 1}, {"gain": 3.0, "offset": -1.0}),
-    ]
-    wires = [("a.y", "b.x"), ("b.h", "c.u")]
-    return Model("chain", Graph(nodes, wires, [Input("u", ("a.u",))], [Output("y", "c.y")]))
+    )
+    return Model("chain", graph)
 
 
 def test_zhao_tan_between_scalings():
@@ -115,11 +114,8 @@ def test_the_inverse_branch_against_bisection():
 
 def dead_zones(w0, r, w):
     """The operator and a bent readout in one chain: Kuhnen's modified Prandtl-Ishlinskii operator."""
-    nodes = [
-        Node("plays", "prandtl_ishlinskii", {}, {"w0": 1.0, "r": [0.1, 0.3], "w": [0.5, 0.25]}),
-        Node("bend", "dead_zones", {}, {"w0": w0, "r": r, "w": w}),
-    ]
-    return Model("m", Graph(nodes, [("plays.y", "bend.u")], [Input("u", ("plays.u",))], [Output("y", "bend.y")]))
+    plays = Node("plays", "prandtl_ishlinskii", {}, {"w0": 1.0, "r": [0.1, 0.3], "w": [0.5, 0.25]})
+    return Model("m", series(plays, Node("bend", "dead_zones", {}, {"w0": w0, "r": r, "w": w})))
 
 
 @pytest.mark.parametrize(

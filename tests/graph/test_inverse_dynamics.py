@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from series import series
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -23,14 +24,14 @@ PLAYS = Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": 0.6, "r": [0.05, 0.2
 
 def plays(h: float, hold: str, zeta: float = 0.7, delay: float = 0.0) -> Model:
     """Return three plays, G0 with delay, and a readout."""
-    chain = [
+    graph = series(
         Node("input", "scaling", {"n": 1}, {"gain": 0.02, "offset": -1.0}),
         PLAYS,
         *Dynamics(F_N, zeta, delay).nodes(h, hold),
         Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
-    ]
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
-    graph = Graph(chain, wires, [Input("u", ("input.u",), "V", 50.0)], [Output("y", "readout.y", "um")])
+        units=("V", "um"),
+        start=50.0,
+    )
     return Model("g0_prandtl_ishlinskii", graph, h, "", {}, {"span_u": [0.0, 100.0]})
 
 
@@ -83,15 +84,13 @@ def test_bouc_wen_and_dynamics_track_by_one_root_a_step() -> None:
 def test_bend_and_creep_before_the_dynamics_track_too() -> None:
     """The chain of the kind `actuator`."""
     h = 1e-4
-    chain = [
+    graph = series(
         PLAYS,
         Node("bend", "dead_zones", {}, {"w0": 1.0, "r": [-0.3, 0.4], "w": [0.2, -0.3]}),
         Node("creep", "creep", {}, {"w0": 1.0, "w": [0.05, 0.1], "T": [0.01, 0.1], "start": "steady"}),
         *Dynamics(F_N, 0.05, 3.4e-4).nodes(h, "zoh"),
         Node("readout", "scaling", {"n": 1}, {"offset": 0.3}),
-    ]
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(chain)]
-    graph = Graph(chain, wires, [Input("u", ("hysteresis.u",))], [Output("y", "readout.y")])
+    )
     model = Model("actuator", graph, h, "", {}, {"span_u": [-1.0, 1.0]})
     made = inverse(model)
     assert made.fit["cascade_max_percent"] <= 0.1

@@ -143,11 +143,9 @@ ALLOWED: dict[str, dict[str, str]] = {
         ("sum", "product"), "inlined_before_samples(): the blocks that one compiler reads too early"
     ),
     "modelica/classes.py": {
-        **dict.fromkeys(("delay", "iterative_learning", "narx_network", "repetitive"), "COUNTED: lags in samples"),
-        "polynomial_narx": "the class has a limit on the degree",
-        "transfer_function": "is_discretised(): becomes a StateSpace; _LACKS: the class is continuous",
-        "mlp": "is_large(): becomes a function",
-        "reference": "has_shapes(): a class for each shape",
+        **dict.fromkeys(
+            ("delay", "iterative_learning", "narx_network", "polynomial_narx", "repetitive"), "COUNTED: lags in samples"
+        ),
     },
     "redesign/__init__.py": {"repetitive": "a function of this name, not a block"},
     "redesign/controller.py": {"pid": "controller(): a gain of 1 in the place of the controllers"},

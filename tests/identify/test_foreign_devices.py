@@ -9,6 +9,8 @@ from foreign.devices import DEVICES, draw
 from foreign.records import FORMS, NOISE, Case
 
 from hystfmu import Dataset, fit
+from hystfmu.identify import auto
+from hystfmu.identify.catalogue import candidates
 
 
 def test_a_state_along_a_ramp_is_that_of_its_closed_form():
@@ -78,6 +80,7 @@ def test_a_fit_of_the_true_structure_is_off_by_less_than_the_noise(name):
     assert 0 < Case(name, "decaying sine", 4).truth() < 100 * NOISE
 
 
+@pytest.mark.stress
 def test_a_solver_is_fitted_to_several_records():
     """Each fit leaves least on the records that it has."""
     name = "shape-memory alloy"
@@ -160,3 +163,18 @@ def test_a_magnetic_device_about_a_bias(strain):
     other, want = record(2)
     e = (model.predict(other) - want)[400:]
     assert 100 * np.sqrt(np.mean(e**2)) / np.ptp(y) <= (0.5 if strain else 0.05)
+
+
+@pytest.mark.some(1)
+@pytest.mark.parametrize("seed", [44047, 53029, 7101, 7103])
+def test_one_oscillation_of_an_elastomer(monkeypatch, seed):
+    """All follow the record to 0.15 % of the span, but without lags the error on other signals is four times as large.
+
+    `preisach` has the smallest error on the record, and the fits of `polynomial_narx` agree best with each other.
+    """
+    kept = {name: candidates()[name] for name in ("actuator", "preisach", "polynomial_narx")}
+    monkeypatch.setattr(auto, "candidates", lambda: kept)
+    case = Case("dielectric elastomer", "decaying sine", seed)
+    chosen = fit(case.data, "auto")
+    assert chosen.key == "actuator"
+    assert case.error(chosen) < 0.5

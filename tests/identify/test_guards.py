@@ -8,6 +8,7 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from series import series
 
 import hystfmu as hy
 from hystfmu import Dataset, InputError, fit
@@ -27,8 +28,7 @@ def data():
 
 def gain(k):
     """Build a model that multiplies the input by k; its output overflows for a large one."""
-    nodes = [Node("a", "scaling", {"n": 1}, {"gain": k}), Node("b", "scaling", {"n": 1}, {"gain": k})]
-    made = Graph(nodes, [("a.y", "b.u")], [Input("u", ("a.u",))], [Output("y", "b.y")])
+    made = series(*(Node(name, "scaling", {"n": 1}, {"gain": k}) for name in "ab"))
     return lambda *arguments: (made, 2)
 
 

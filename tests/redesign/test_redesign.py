@@ -297,12 +297,13 @@ def test_a_notch_needs_a_mode_and_a_name_is_one_of_the_structures(folder: Path) 
         hy.redesign.controller(folder / "loop", "magic")
 
 
-def test_a_controller_of_a_shipped_scenario_keeps_the_limits_of_its_command(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["integral", pytest.param("irc", marks=pytest.mark.stress)])
+def test_a_controller_of_a_shipped_scenario_keeps_the_limits_of_its_command(name: str, tmp_path: Path) -> None:
     of_pid("sine_10", "saturation_10", "up_400_10").save(tmp_path / "pid")
-    done = command("design", "irc", tmp_path / "pid", "-o", tmp_path / "irc", "--json")
+    done = command("design", name, tmp_path / "pid", "-o", tmp_path / "made", "--json")
     assert done.exit_code in (0, 1), done.stderr
-    table = tomllib.loads((tmp_path / "irc" / "scenario.toml").read_text())
+    table = tomllib.loads((tmp_path / "made" / "scenario.toml").read_text())
     (case,) = (c for c in table["case"] if c["name"] == "saturation_10")
-    assert case["set"]["irc.pid_u_min"] == -0.95
-    assert table["metrics"]["variation"]["signal"] == "irc.u"
-    assert command("run", tmp_path / "irc", "--engine", "native").exit_code == done.exit_code
+    assert case["set"][f"{name}.pid_u_min"] == -0.95
+    assert table["metrics"]["variation"]["signal"] == f"{name}.u"
+    assert command("run", tmp_path / "made", "--engine", "native").exit_code == done.exit_code

@@ -1,10 +1,12 @@
 """Chromium driven by playwright, and a page of each kind: once for all tests of this folder."""
 
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from compiled import alone
 from opened_page import KINDS, Browser
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
@@ -26,14 +28,17 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """A page of a kind, written once."""
-    pages: dict[str, Path] = {}
+    """A page of a kind, written once for all processes of the run."""
+    base = tmp_path_factory.getbasetemp()  # of a process of the run, within that of the run
 
     def make(kind: str) -> Path:
-        if kind not in pages:
-            if kind in STUDIES:
-                pytest.importorskip("pyarrow", reason="a study needs the extra study")
-            pages[kind] = KINDS[kind](tmp_path_factory.mktemp(kind))
-        return pages[kind]
+        if kind in STUDIES:
+            pytest.importorskip("pyarrow", reason="a study needs the extra study")
+        folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / f"page_of_{kind}"
+        with alone(folder):
+            place = folder / "place"
+            if not place.exists():
+                place.write_text(str(KINDS[kind](folder)))
+        return Path(place.read_text())
 
     return make

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from series import series
 from start.devices import records
 from start.devices.device import draw
 from start.devices.judge import start
@@ -36,9 +37,7 @@ PLAYS = {"w0": 0.5, "r": [5.0, 12.0], "w": [0.3, 0.2]}
 
 def ranges(*tail: hy.Node, modes: int = 0) -> dict[str, dict[str, object]]:
     nodes = [hy.Node("h", "prandtl_ishlinskii", values=PLAYS), *tail]
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in zip(nodes, tail, strict=False)]
-    graph = hy.Graph(nodes, wires, [hy.Input("u", ("h.u",))], [hy.Output("y", f"{nodes[-1].name}.y")])
-    model = hy.Model("device", graph, 1e-3, provenance={"span_u": [0.0, 100.0]})
+    model = hy.Model("device", series(*nodes), 1e-3, provenance={"span_u": [0.0, 100.0]})
     found = device(model, hy.Dataset(1e-3 * K, U, model.predict(U)))
     f_n, zeta, share = (120.0, 400.0)[:modes], (0.1, 0.05)[:modes], ((1.0,), (0.9, 0.1))[modes - 1]
     if modes:
@@ -150,6 +149,7 @@ def one_sine(device) -> hy.Dataset:
     return hy.Dataset.from_signal(u, device(u), H)
 
 
+@pytest.mark.stress
 def test_a_device_that_began_with_one_sine_is_known_five_times_better() -> None:
     """Relays inside the loop of the sine have not moved: nothing tells their weights."""
     seed = int(np.random.SeedSequence().generate_state(1)[0])
@@ -243,6 +243,7 @@ def test_an_inverse_with_the_creep_in_it_leaves_no_dynamics(tmp_path: Path) -> N
     assert table.rows[0].margins["Ms_db"] == pytest.approx(float(-20 * np.log10(np.abs(1 + L).min())), abs=0.02)
 
 
+@pytest.mark.stress
 def test_a_device_that_contracts_has_a_loop(tmp_path: Path) -> None:
     """The gain that stands for the inverse in one case falls too."""
     u = 3 * np.sin(np.arange(1200) / 30) * np.linspace(1, 0.2, 1200)

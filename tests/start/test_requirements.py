@@ -59,6 +59,7 @@ def start(record: Path, *words: object) -> tuple[int, dict[str, Any]]:
     return status, told
 
 
+@pytest.mark.stress
 def test_the_mode_of_the_record_gives_a_loop_faster_than_an_integral(record: Path) -> None:
     status, told = start(record)
     (mode,) = told["fit"]["evidence"]["modes"]

@@ -122,6 +122,7 @@ def test_a_killed_parent(write: Any, tmp_path: Path, program: str, quiet: bytes)
     assert outcome.table.read_bytes() == quiet
 
 
+@pytest.mark.stress
 def test_a_full_disk(write: Any, tmp_path: Path, program: str, quiet: bytes) -> None:
     """Emulate a full disk by a limit on file sizes, which raises the same error at the same call."""
     import resource

@@ -223,6 +223,10 @@ class BlockType:
         """Tunable and fixed parameters of the block."""
         return self.of("param", "fixed")
 
+    def parameter(self, name: str) -> Var | None:
+        """Return the parameter with the name `name`; None if the block has no such parameter."""
+        return next((v for v in self.parameters if v.name == name), None)
+
     def sizes(self, dims: Mapping[str, int]) -> dict[str, int]:
         """Return the number of elements of every variable, for the given sizes `dims` of the block."""
         values = self.raw_dims(dims)

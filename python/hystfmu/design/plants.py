@@ -96,6 +96,11 @@ class Unseen:
     zeta: float = UNSEEN_ZETA  # damping ratio of the resonance
     to: float | None = None  # highest possible frequency (Hz); None for `BEYOND` times half the sampling rate
 
+    def added(self, plant: Plant, f: float, delay: float, name: str) -> Plant:
+        """Return a plant with this resonance at f (Hz) in addition, and with the given delay (s) and name."""
+        share = (*(k * (1 - self.share) for k in plant.share), self.share)
+        return Plant((*plant.f_n, f), (*plant.zeta, self.zeta), share, delay, name)
+
     def frequencies(self, h: float) -> Array:
         """Return the frequencies of this resonance in the set of plants (Hz), shape (m,)."""
         last = BEYOND / (2 * h) if self.to is None else self.to
@@ -160,16 +165,9 @@ def plant_set(
     plants = [late, *_differing(late, errors, delay_error, h)]
     if unseen is not None:
         for f, more in product(unseen.frequencies(h), (LATER[0], LATER[-1])):
-            share = (*(k * (1 - unseen.share) for k in late.share), unseen.share)
-            plants.append(
-                Plant(
-                    (*late.f_n, float(f)),
-                    (*late.zeta, unseen.zeta),
-                    share,
-                    late.delay + more * h + (SIGMAS * delay_error if more else 0.0),
-                    f"a resonance at {f:.3g} Hz that the record did not excite" + _later(more),
-                )
-            )
+            name = f"a resonance at {f:.3g} Hz that the record did not excite" + _later(more)
+            delay = late.delay + more * h + (SIGMAS * delay_error if more else 0.0)
+            plants.append(unseen.added(late, float(f), delay, name))
     angles = np.array([_angles(p, h) for p in plants])
     response = np.array([p.response(np.exp(1j * a), h) for p, a in zip(plants, angles, strict=True)])
     return PlantSet(h, tuple(plants), slopes, angles, response, tuple(_beside(late, errors, delay_error, h)))

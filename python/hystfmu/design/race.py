@@ -97,11 +97,7 @@ class Race:
 
 
 def race(
-    plants: PlantSet,
-    design: Design,
-    aim: Aim,
-    limits: Limits = Limits(),
-    names: Sequence[str] = tuple(STRUCTURES),
+    plants: PlantSet, design: Design, aim: Aim, limits: Limits = Limits(), names: Sequence[str] = tuple(STRUCTURES)
 ) -> Race:
     """Tune the controller structures in `names` for a set of plants, and sort them by their expected RMS error.
 

@@ -11,10 +11,8 @@ the errors and the losers.
 Choice. Each model is also simulated with the input of the record and another initial memory. The output of some models
 then leaves the range of the measured output by more than the span. Such a model is chosen only if all models without
 this fault are losers. Among equally good kinds, a kind with an exact inverse is preferred, and then the kind with the
-fewest parameters. If the record is one oscillation, its blocks are similar, so all kinds except losers count as equally
-good. Such a record has one speed. A model whose output leaves the range after steps of the input is then chosen only if
-the errors of all other models are more than `JUMPING` times as large, or exceed `FOLLOWED` % of the span. If the
-smallest error, after the noise is subtracted, exceeds `REFUSED` % of the span, an InputError is raised (`refusal`).
+fewest parameters. If the smallest error, after the noise is subtracted, exceeds `REFUSED` % of the span, an InputError
+is raised (`refusal`).
 
 Cost. No kind is excluded because of its cost. If the fits to all rows would take too long, all kinds are compared on a
 shorter part of the record (`hystfmu.identify.cuts`), or on the longest of several records. The chosen kind is then
@@ -40,10 +38,11 @@ from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Candidate, candidates, method, too_large
 from hystfmu.identify.cuts import shortened
-from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, RETURN_POINT, Excitation, examine
+from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import EXACT, LOSER, Race, Trial
+from hystfmu.identify.race import EXACT, LOSER, Race
+from hystfmu.identify.trial import Trial
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
@@ -51,9 +50,6 @@ from hystfmu.model.accuracy import rms
 # rate-dependent kind, and exceeds FINE % of the span
 CLEARLY, FINE = 1.2, 0.1
 REFUSED = 5.0  # largest accepted error of the best model, without noise (% of the span)
-# largest error of a model that stays in the range after steps: relative to that of one that leaves it, and in % of the
-# span. A model with a larger error does not represent the device, so its range after steps shows nothing.
-JUMPING, FOLLOWED = 2.0, 1.0
 EXACT_INVERSE = "exact"
 LARGE = 2.0  # gap of minor loops (% of the span) above which static return-point models are excluded
 CLOSED = 0.05  # gap of minor loops (% of the span) up to which models with open loops are excluded
@@ -107,7 +103,7 @@ def choose(
     started = time.perf_counter()
     where = data.path or data.name
     seen = examine(data.longest())
-    entered, reasons = entrants(data, seen)
+    entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
     most = affordable([c for _, c in entered.values()], data.train.stop)
     raced = shortened(data if data.train.stop <= most else data.longest(), most)
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
@@ -161,13 +157,16 @@ def choose(
     return replace(model, fit={**model.fit, **told}, provenance={**model.provenance, **why, "auto_choice": best.name})
 
 
-def entrants(data: Dataset, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
-    """Return two dicts by name: the candidates to compare with their kinds, and the reason for each exclusion."""
+def entrants(rows: int, covariates: bool, seen: Excitation) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
+    """Return two dicts by name: the candidates to compare with their kinds, and the reason for each exclusion.
+
+    The record has this number of rows. `covariates` is whether it has covariates, and `seen` is its excitation.
+    """
     found = candidates()
     reasons = left_out({n: c for n, (_, c) in found.items()}, seen)
-    if data.covariates:
+    if covariates:
         reasons |= {n: "it takes no covariates" for n, (key, _) in found.items() if not method(key).covariates}
-    reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(len(data.t), key, c.options))}
+    reasons |= {n: large for n, (key, c) in found.items() if (large := too_large(rows, key, c.options))}
     return {n: kc for n, kc in found.items() if n not in reasons}, reasons
 
 
@@ -185,7 +184,7 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
     for name, candidate in found.items():
         if candidate.memory in (OPENS, LATE) and seen.memory == NONE:
             reasons[name] = "the output is a function of the input"
-        elif candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT and seen.gap <= CLOSED:
+        elif candidate.memory in (OPENS, LATE) and seen.closes and seen.gap <= CLOSED:
             reasons[name] = f"minor loops close (gap {seen.gap:.2g} % of the span of y)"
         elif candidate.memory == CLOSES and seen.memory == OPEN_LOOPS and seen.gap > LARGE:
             reasons[name] = f"minor loops stay open by {seen.gap:.2g} % of the span of y"
@@ -231,12 +230,9 @@ def _preferred(
 
 
 def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
-    calm = [t for t in able if not (race.poor and race.jumps(t))]
-    if min(map(race.risk, calm), default=np.inf) <= min(JUMPING * max(min(map(race.risk, able)), EXACT), FOLLOWED):
-        able = calm
     least = LOSER * max(min(race.risk(t) for t in able), EXACT)
     near = [t for t in able if race.risk(t) <= least]
-    near = [t for t in near if not race.leaves(t)] or near
+    near = [t for t in near if not t.leaves] or near
     best = min(near, key=race.risk)
     equal = [t for t in near if race.as_good(t, best)]
     if inverses is not None:
@@ -256,7 +252,7 @@ def _needless(race: Race, candidate: Candidate, seen: Excitation, only_invertibl
     best = min(others, key=race.excess)
     if candidate.memory == LAGS and race.excess(best) <= FINE:
         return f"{best.name} has an error of at most {FINE:g} % of the span without its rate dependence"
-    if candidate.memory in (OPENS, LATE) and seen.memory == RETURN_POINT and race.excess(best) <= EXPLAINED * seen.gap:
+    if candidate.memory in (OPENS, LATE) and seen.closes and race.excess(best) <= EXPLAINED * seen.gap:
         return f"{best.name} represents the gap of {seen.gap:.2g} % of the span of the minor loops"
     return ""
 
@@ -272,7 +268,8 @@ def _rate(race: Race, seen: Excitation) -> str:
 
 
 def _warnings(best: Trial, seen: Excitation) -> list[str]:
-    if (best.candidate.memory, seen.memory) not in ((OPENS, RETURN_POINT), (CLOSES, OPEN_LOOPS)):
+    memory = best.candidate.memory
+    if not ((memory == OPENS and seen.closes) or (memory == CLOSES and seen.memory == OPEN_LOOPS)):
         return []
     return [
         f"the best model on the validation blocks is {best.name}, but the minor loops in the data have a gap of "

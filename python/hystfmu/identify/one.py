@@ -53,8 +53,14 @@ def fit_one(data: Dataset, key: str, seed: int, progress: Progress, given: dict[
     band = chosen.get(DEAD_BAND.name, 0.0)
     run = data if len(data.starts) == 1 or kind.records else one_run(data)
     # for small matrices, several threads wait for each other: on a busy computer a fit takes up to twenty times longer
-    with threadpool_limits(1):
-        graph, parameters, *more = kind.build(behind_dead_band(run, band) if band else run, chosen, seed, progress)
+    try:
+        with threadpool_limits(1):
+            graph, parameters, *more = kind.build(behind_dead_band(run, band) if band else run, chosen, seed, progress)
+    except np.linalg.LinAlgError as e:
+        raise InputError(
+            f"{data.path or data.name}: The equations of a fit of the kind {key} must have a solution. Got the error "
+            f"{str(e)!r} of LAPACK: take another kind, or data with more reversals."
+        ) from None
     built = with_dead_band(graph, band), parameters, dict(more[0]) if more else {}
     given = {k: v for k, v in chosen.items() if v is not None}
     return finished(data, key, kind.text, built, time.perf_counter() - started, given, seed)

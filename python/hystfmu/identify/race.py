@@ -6,11 +6,16 @@ fits form a delete-group jackknife (Shao & Wu, Annals of Statistics 17 (1989) 11
 standard error of the output for an input with another memory. The error by which candidates are compared is the root of
 the sum of two squares: the error on the blocks without noise, and this standard error. A candidate whose error is
 clearly larger than the smallest one is called a loser.
+
+The fits to a poor record, such as one oscillation, all contain the same few states of the memory. A candidate of a
+wrong structure may then follow all blocks, and its fits agree with each other, although they are wrong for other
+inputs. Differences between candidates show this. The outputs of the candidates for an input with another memory are
+combined, row by row, to a median with weights inverse to their errors. The median is a better forecast than most of the
+combined ones, and single wrong ones hardly move it (Stock & Watson, Journal of Forecasting 23 (2004) 405-430).
+Therefore the distance from the median replaces the standard error.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +29,7 @@ from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
+from hystfmu.identify.trial import Trial
 from hystfmu.model import Model, guards, run_along, with_starts
 from hystfmu.model.accuracy import rms
 
@@ -41,59 +47,10 @@ UNCERTAIN = 4.0  # n times the relative variance of error minus noise on n rows;
 OUTSIDE = 3.0  # assumed error (% of the span) of a network or of local parameters in states outside the training rows
 
 
-@dataclass
-class Trial:
-    """A candidate and the results of its fits so far.
-
-    `model` is the fit without the first fold. `errors` (m,) contains the errors on the rows of all folds so far, and
-    `by_block` contains the RMS error on each block. `others` contains one output (n,) for each fit, for an input with
-    another memory; it is empty after one fold. `first` is the mean square error on the first fold. `outside` is the
-    share of the states of other signals that have no near training row. `whole` is the RMS error of `model` over all
-    training rows. It is used because a large error on fitted rows is also an error of the candidate, for example in a
-    sweep at the end of a record, which no block contains.
-    """
-
-    name: str
-    key: str
-    candidate: Candidate
-    model: Model
-    errors: Array
-    outside: float
-    others: list[Array] = field(default_factory=list)
-    folds: int = 1
-    by_block: list[float] = field(default_factory=list)
-    whole: float = 0.0
-    first: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.first = self.square
-
-    @property
-    def square(self) -> float:
-        """Mean square error on the rows of all folds so far, or on all training rows if this value is larger."""
-        return max(float(np.mean(self.errors**2)), self.whole**2)
-
-    @property
-    def parameters(self) -> int:
-        """Number of fitted parameters."""
-        return int(self.model.fit["parameters"])
-
-    @property
-    def spread(self) -> float:
-        """RMS of the standard error of the output for an input with another memory; 0 if there is only one fit."""
-        n = len(self.others)
-        if n < 2:
-            return 0.0
-        with np.errstate(over="ignore", invalid="ignore"):
-            found = (n - 1) ** 0.5 * rms(np.array(self.others) - np.mean(self.others, axis=0))
-        return found if np.isfinite(found) else np.inf
-
-
 class Race:
     """Comparison of candidates on one data set: the folds, the fitted candidates, and the reasons for exclusions.
 
-    A record is `poor` if its reversals are not informative, as in a single oscillation. The blocks of such a record are
-    similar to the fitted rows. Therefore all candidates except losers count as equally good.
+    A record is `poor` if its reversals are not informative, as in a single oscillation.
     """
 
     def __init__(self, data: Dataset, seed: int, poor: bool = False) -> None:
@@ -107,6 +64,7 @@ class Race:
         lo, hi = max(v.min() for v in kept), min(v.max() for v in kept)
         # outside the range of the rows of a fold, a fit extrapolates, but the fit to all rows does not
         self.inside: NDArray[np.bool_] = (self.other >= lo) & (self.other <= hi)
+        self._median: tuple[dict[str, float], Array] = {}, np.zeros(1)  # of the candidates with these weights
 
     def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
         """Return the data without the blocks of a fold, the rows of these blocks, and the block number of each row.
@@ -147,7 +105,10 @@ class Race:
         model, errors, blocks, whole = self.fitted(FOLDS[0], key, options, progress, share)
         network = 1 - float(model.fit.get("coverage_percent", 100.0)) / 100
         outside = self.unseen if candidate.local else network
-        return Trial(name, key, candidate, model, errors, outside, by_block=blocks, whole=whole)
+        other = self._other(model)
+        leaves = guards.leaves(model.graph, other, self.data.y[self.data.counted], self.data.span)
+        others = [other[self.inside]]
+        return Trial(name, key, candidate, model, errors, outside, others, leaves, by_block=blocks, whole=whole)
 
     def excess(self, trial: Trial) -> float:
         """Return the RMS error of a candidate on the validation rows without the noise, in % of the span.
@@ -161,8 +122,30 @@ class Race:
         return 100 * float(np.sqrt(left / self.data.span**2 + (OUTSIDE / 100 * trial.outside) ** 2))
 
     def risk(self, trial: Trial) -> float:
-        """Return the expected error on other signals (% of the span): root of the squares of `excess` and `spread`."""
-        return float(np.hypot(self.excess(trial), 100 * trial.spread / self.data.span))
+        """Return the expected error on other signals in % of the span, from `excess` and `uncertainty`."""
+        return float(np.hypot(self.excess(trial), 100 * self.uncertainty(trial) / self.data.span))
+
+    def uncertainty(self, trial: Trial) -> float:
+        """Return the expected error of the output for an input with another memory, see the module docstring."""
+        return self._distance(trial) if self.poor else trial.spread
+
+    def _distance(self, trial: Trial) -> float:
+        """Return the RMS distance of the output for an input with another memory from the median of the candidates.
+
+        Candidates whose output leaves the range of the record, or whose error is more than `HOPE` times the smallest
+        one, are not part of the median. If no others are left, the function returns the standard error.
+        """
+        least = EXACT / 100 * self.data.span
+        sizes = {name: max(t.square**0.5, least) for name, t in self.trials.items() if not t.leaves}
+        if not sizes:
+            return trial.spread
+        weights = {name: 1 / size for name, size in sizes.items() if size <= HOPE * min(sizes.values())}
+        if self._median[0] != weights:
+            outputs = np.array([self.trials[name].others[0] for name in weights])
+            self._median = weights, _weighted_median(outputs, np.array(list(weights.values())))
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = rms(trial.others[0] - self._median[1])
+        return found if np.isfinite(found) else np.inf
 
     def best(self) -> Trial:
         """Return the candidate with the smallest expected error."""
@@ -193,15 +176,6 @@ class Race:
         """
         return min(self.excess(trial), self._beside_noise(trial, trial.first)) <= percent
 
-    def leaves(self, trial: Trial) -> bool:
-        """Return whether the output of a model leaves the range of the record for an input with another memory."""
-        return guards.leaves(trial.model.graph, self.other, self.data)
-
-    def jumps(self, trial: Trial) -> bool:
-        """Return whether the output of a model leaves the range of the record for steps of the input."""
-        u = self.data.u[self.data.counted]
-        return guards.leaves(trial.model.graph, guards.other_signal(u, float(self.data.u[0])), self.data)
-
     def explained(self) -> bool:
         """Return whether a candidate has only rounding errors on the validation rows."""
         return any(100 * rms(t.errors) <= EXACT * self.data.span for t in self.trials.values())
@@ -228,7 +202,7 @@ class Race:
                 # the trial fit reports no progress, because the progress of the full fit begins at 0
                 options = {**candidate.options, **candidate.quick}
                 short = self.excess(self.trial(name, key, candidate, options, silent, share))
-                if not short <= HOPE * self.least():
+                if not short <= HOPE * max(min(map(self.excess, self.trials.values())), EXACT):
                     self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
                     return
             trial = self.trial(name, key, candidate, candidate.options, progress)
@@ -245,7 +219,8 @@ class Race:
 
     def contenders(self) -> list[Trial]:
         """Return the candidates except losers, in the order in which they were added."""
-        return [t for t in self.trials.values() if self.risk(t) <= LOSER * self.least()]
+        most = LOSER * self.least()
+        return [t for t in self.trials.values() if self.risk(t) <= most]
 
     def late(self) -> list[Trial]:
         """Return the candidates to fit next: the candidates, except losers, with the smallest number of fits so far.
@@ -263,7 +238,7 @@ class Race:
         for t in trials:
             try:
                 model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, silent)
-                t.others += [self._other(m) for m in ([model] if t.others else [t.model, model])]
+                t.others.append(self._other(model)[self.inside])
             except InputError:
                 more, blocks = np.full(1, np.inf), []
             t.errors = np.concatenate([t.errors, more])
@@ -272,18 +247,25 @@ class Race:
 
     def _other(self, model: Model) -> Array:
         """Return the output of a model for an input with another memory; covariates have their start values."""
-        y = model.graph.run(with_starts(model.graph, self.other), self.data.h)
-        return np.asarray(y).reshape(-1)[self.inside]
+        return np.asarray(model.graph.run(with_starts(model.graph, self.other), self.data.h)).reshape(-1)
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
         """Return whether a candidate is as good as `best`, or noise can explain the difference between their errors."""
-        if self.risk(trial) <= (LOSER if self.poor else AS_GOOD) * max(self.risk(best), EXACT):
+        if self.risk(trial) <= AS_GOOD * max(self.risk(best), EXACT):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
             return False
-        worse = trial.square - best.square + trial.spread**2 - best.spread**2
+        worse = trial.square - best.square + self.uncertainty(trial) ** 2 - self.uncertainty(best) ** 2
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
+
+
+def _weighted_median(values: Array, weights: Array) -> Array:
+    """Return the median (n,) of each column of `values` (m, n), whose rows have the given weights (m,)."""
+    order = np.argsort(values, axis=0)
+    reached = np.cumsum(weights[order], axis=0)
+    middle = np.argmax(reached >= reached[-1] / 2, axis=0)[None]
+    return np.asarray(np.take_along_axis(values, np.take_along_axis(order, middle, 0), 0)[0])
 
 
 def doubt(rows: int) -> float:

@@ -51,7 +51,8 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
     If the output diverges for this input, the function raises an InputError, which names the kind `key`.
     """
     u = data.u[data.counted]
-    beyond = _beyond(graph, other_signal(u, float(data.u[0])), data.h, data.y[data.counted], data.span)
+    y = graph.run(with_starts(graph, other_signal(u, float(data.u[0]))), data.h)
+    beyond = _beyond(y, data.y[data.counted], data.span)
     if not beyond <= WILD:
         got = f"an output {beyond:.2g} spans of y outside its range" if np.isfinite(beyond) else "one that diverges"
         raise InputError(
@@ -66,9 +67,9 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
     ]
 
 
-def leaves(graph: Graph, u: Array, data: Dataset) -> bool:
-    """Return whether the output of a model for the input u (n,) leaves the range of y by more than the span of y."""
-    return not _beyond(graph, u, data.h, data.y[data.counted], data.span) <= WIDE + _ringing(graph)
+def leaves(graph: Graph, y: Array, measured: Array, span: float) -> bool:
+    """Return whether an output y (n,) of a model leaves the range of `measured` by more than `span`."""
+    return not _beyond(y, measured, span) <= WIDE + _ringing(graph)
 
 
 def other_signal(u: Array, first: float) -> Array:
@@ -82,12 +83,8 @@ def other_signal(u: Array, first: float) -> Array:
     return np.concatenate([steps, (lo + hi) / 2 + half * np.concatenate(turns)])
 
 
-def _beyond(graph: Graph, u: Array, h: float, measured: Array, span: float) -> float:
-    """Return the largest distance of the output from the range of `measured`, in multiples of `span`.
-
-    Covariates have their start values.
-    """
-    y = graph.run(with_starts(graph, u), h)
+def _beyond(y: Array, measured: Array, span: float) -> float:
+    """Return the largest distance of an output y (n,) from the range of `measured`, in multiples of `span`."""
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(np.maximum(y - measured.max(), measured.min() - y))) / span
 

@@ -146,7 +146,7 @@ def _reach(model: Model, node: Node) -> float:
     if rate is None or known is None:
         return 0.0
     reach = (known[1] - known[0]) * rate.gain
-    ends = [float(node.value("d_max")[0])] if any(v.name == "d_max" for v in node.block.parameters) else []
+    ends = [float(node.value("d_max")[0])] if node.block.parameter("d_max") else []
     return min([reach, *ends])  # a branch ends at d_max
 
 

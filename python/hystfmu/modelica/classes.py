@@ -55,10 +55,6 @@ SHAPES = {
     "steps": {"m", "levels", "T"},
     "random_reversals": {"m", "frequency", "seed"},
 }
-# parameters of a block that its class does not have
-_LACKS = {
-    "transfer_function": {"hold"},  # continuous: its input is not sampled
-}
 
 
 # hand-written enumerations of the package Types, by their words
@@ -120,7 +116,7 @@ def matrix_rows(v: Var) -> str:
 
 def has_shapes(block: BlockType) -> bool:
     """Return whether each shape of the block has its own class."""
-    return block.name == "reference"
+    return block.parameter("shape") is not None
 
 
 def class_names(block: BlockType) -> list[str]:
@@ -133,8 +129,9 @@ def lacks(block: BlockType, class_name: str) -> frozenset[str]:
     if has_shapes(block):
         own = next(rows for shape, rows in SHAPES.items() if camel(shape) == class_name)
         return frozenset({"shape", *set.union(*SHAPES.values())} - own)
-    # an implicit inverse calls its model as a package of functions, so that the port for trial outputs does not exist
-    return frozenset({*_LACKS.get(block.name, ()), *((block.tried,) if block.tried else ())})
+    # the class of a block with `hold` is continuous, so that its input is not sampled; an implicit inverse calls its
+    # model as a package of functions, so that the port for trial outputs does not exist
+    return frozenset({"hold", *((block.tried,) if block.tried else ())})
 
 
 # blocks whose lags and periods are numbers of samples
@@ -145,7 +142,8 @@ MOST_PARAMETERS = 1000  # a larger network becomes a function, because tools are
 
 def word(node: Node, name: str) -> str:
     """Return the word that a choice parameter of a block is set to, for example ``"tanh"``."""
-    v = next(v for v in node.block.parameters if v.name == name)
+    v = node.block.parameter(name)
+    assert v is not None
     return v.choices[int(node.value(name)[0])]
 
 
@@ -162,9 +160,9 @@ def place(node: Node) -> tuple[str, bool]:
     InputError
         The library has no class for the block, or no class for these values of its parameters.
     """
-    if node.type == "polynomial_narx" and node.dims["q"] > MOST_DEGREE:
+    if any("monomials" in v.size for v in node.block.vars) and node.dims["q"] > MOST_DEGREE:
         raise InputError(
-            f"block {node.name!r}: the class PolynomialNarx of the Modelica library takes a degree q up to "
+            f"block {node.name!r}: the class {node.block.class_name} of the Modelica library takes a degree q up to "
             f"{MOST_DEGREE}; got {node.dims['q']}"
         )
     return package_of(node.block), is_discretised(node) or is_sampled_class(node.block)
@@ -175,7 +173,7 @@ def is_discretised(node: Node) -> bool:
 
     The matrices of the state space are discretised for the sample period, as in the co-simulation unit of the model.
     """
-    return node.type == "transfer_function"
+    return node.block.parameter("hold") is not None
 
 
 def is_tied(node: Node) -> bool:
@@ -204,7 +202,8 @@ def class_of(node: Node) -> str:
 
 def is_large(node: Node) -> bool:
     """Return whether a block is a network that is exported as a function."""
-    return node.type == "mlp" and node.parameters().size > MOST_PARAMETERS
+    is_static = node.block.family == "networks" and node.block.rate == "function"
+    return is_static and node.parameters().size > MOST_PARAMETERS
 
 
 def dims(node: Node) -> dict[str, int]:

@@ -64,8 +64,7 @@ def draws(found: Device) -> tuple[Draw, ...]:
     if found.unseen is not None:
         u = found.unseen
         for n, f in enumerate(u.frequencies(found.h)[:9:4], 1):
-            share = (*(v * (1 - u.share) for v in p.share), u.share)
-            other = Plant((*p.f_n, float(f)), (*p.zeta, u.zeta), share, p.delay, f"a resonance at {f:.3g} Hz")
+            other = u.added(p, float(f), p.delay, f"a resonance at {f:.3g} Hz")
             made.append(Draw(f"unseen_{n}", f"a resonance at {f:.4g} Hz that the record did not excite", other))
     return tuple(made)
 

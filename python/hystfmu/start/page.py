@@ -76,13 +76,7 @@ def write_verdict(folder: Path, told: dict[str, Any]) -> Path:
 
 
 def write_page(
-    folder: Path,
-    name: str,
-    model: Model,
-    data: Dataset,
-    loop: ClosedLoop | str,
-    told: dict[str, Any],
-    notes: list[str],
+    folder: Path, name: str, model: Model, data: Dataset, loop: ClosedLoop | str, told: dict[str, Any], notes: list[str]
 ) -> Path:
     """Write report.html, and return its path.
 

@@ -192,10 +192,7 @@ def start(
         report = f"hystfmu run {folder / 'loop'} --report DIR"
     doubt = isinstance(loop, ClosedLoop) and loop.feedback != "full" and asked.controller != "none"
     if model.fit.get("warnings") or doubt:
-        notes = [
-            *notes,
-            _measure_next(folder / "measure_next.csv", data, asked, model),
-        ]
+        notes = [*notes, _measure_next(folder / "measure_next.csv", data, asked, model)]
         files["next measurement"] = (folder / "measure_next.csv", "written for what the record does not show")
     said = verdict(loop)
     with shown("report"):

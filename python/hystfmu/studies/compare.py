@@ -177,7 +177,4 @@ def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
         for p in PERCENTILES:
             found = (float(np.quantile(r.metrics[pair], p / 100, method="inverted_cdf")) for r in both)
             every.append(Change(title, f"{metric}, {p} % of the draws", *found))
-    differ = [c.old != c.new for c in every]
-    return [c for c, d in zip(every, differ, strict=True) if d], [
-        c for c, d in zip(every, differ, strict=True) if not d
-    ]
+    return [c for c in every if c.old != c.new], [c for c in every if c.old == c.new]

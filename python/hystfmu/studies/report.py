@@ -11,6 +11,7 @@ from hystfmu.report.diagrams import Bars
 from hystfmu.report.page import Diagram, Section, Table
 from hystfmu.report.terminal import table as text_table
 from hystfmu.scenario.outcome.metrics import label, unit_of
+from hystfmu.scenario.outcome.result import grouped
 from hystfmu.scenario.report.loops import loop_explorer
 from hystfmu.scenario.report.page import write_report as write_page
 from hystfmu.scenario.system.system import System
@@ -243,11 +244,8 @@ def _scores(study: Study, rows: list[Row]) -> dict[int, float]:
     objective = study.spec.objective
     if objective is None:
         return {}
-    by_variation: dict[int, list[Row]] = {}
-    for r in rows:
-        by_variation.setdefault(r["variation"], []).append(r)
     scores = {}
-    for variation, cases in by_variation.items():
+    for variation, cases in grouped(rows, lambda r: int(r["variation"])).items():
         metrics = [r["metrics"] for r in cases]
         if any(r["status"] != "ok" for r in cases):
             continue

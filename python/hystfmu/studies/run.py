@@ -15,11 +15,10 @@ from hystfmu.scenario import Run, build
 from hystfmu.studies.figures import distributions, outcome_html
 from hystfmu.studies.pool import DaskPool, Pool
 from hystfmu.studies.report import write_report
-from hystfmu.studies.sampling import sampler
 from hystfmu.studies.spec import LOOP_METRICS, Study, StudySpec
 from hystfmu.studies.store import Store
 from hystfmu.studies.summary import Summary, summarise
-from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of
+from hystfmu.studies.task import OUTSIDE, Task, fingerprint, identity, row_of, sampler
 
 if TYPE_CHECKING:
     import pandas

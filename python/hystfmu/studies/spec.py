@@ -179,17 +179,13 @@ def in_parallel(A: Array, B: Array, C: Array, sizes: list[int]) -> list[tuple[Ar
 
 
 def _pairs(poles: Array) -> list[list[int]]:
-    """Return groups of indices: one index for a real pole, two indices for a conjugate pair."""
-    left, groups = list(range(len(poles))), []
-    while left:
-        i = left.pop(0)
-        if abs(poles[i].imag) <= 1e-12 * abs(poles[i]):
-            groups.append([i])
-            continue
-        j = min(left, key=lambda k: abs(poles[k] - poles[i].conjugate()))
-        left.remove(j)
-        groups.append([i, j])
-    return groups
+    """Return groups of indices: one index for a real pole, two indices for a conjugate pair.
+
+    The poles are the eigenvalues of a real matrix. LAPACK returns a conjugate pair in sequence, first the pole with the
+    positive imaginary part.
+    """
+    turns = [p.imag / abs(p) if abs(p) > 0 else 0.0 for p in poles]
+    return [[i] if abs(turn) <= 1e-12 else [i, i + 1] for i, turn in enumerate(turns) if turn >= -1e-12]
 
 
 Design = Annotated[RepetitiveDesign | LoopShapingDesign, Field(discriminator="method")]

@@ -22,6 +22,7 @@ from hystfmu.base.errors import InputError, extras
 from hystfmu.base.files import read_bytes, write_text
 from hystfmu.graph.tables import Number, Share
 from hystfmu.scenario.outcome.metrics import unit_of_metric
+from hystfmu.scenario.outcome.result import grouped
 from hystfmu.scenario.report.compare import MOST_BYTES, read_report, report_file
 from hystfmu.scenario.system.system import System
 from hystfmu.studies.spec import Study
@@ -118,9 +119,6 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
     """Return the outcome of each variation: inside the limits of all cases, outside, unstable, or failed."""
     of_case = {s.case.name: s for s in systems}
     limits = {name: study.limits(s.case) for name, s in of_case.items()}
-    draws: dict[int, list[Row]] = {}
-    for row in rows:
-        draws.setdefault(row["variation"], []).append(row)
 
     def outcome(group: list[Row]) -> str:
         if any(is_unstable(of_case[r["case"]], r) for r in group):
@@ -130,7 +128,7 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
         good = all(not limits[r["case"]] or excess(r, limits[r["case"]]) <= 1 for r in group)
         return "inside" if good else "outside"
 
-    return {v: outcome(group) for v, group in draws.items()}
+    return {v: outcome(group) for v, group in grouped(rows, lambda r: int(r["variation"])).items()}
 
 
 def is_unstable(system: System, row: Row) -> bool:

@@ -270,7 +270,7 @@ def test_the_good_one_passes(tmp_path: Path, good: Entries) -> None:
     assert _problems(tmp_path, _pack(good)) == []
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(3)
 @pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", list(ARCHIVES))
 def test_broken_archive(tmp_path: Path, good: Entries, defect: str) -> None:
@@ -279,7 +279,7 @@ def test_broken_archive(tmp_path: Path, good: Entries, defect: str) -> None:
     assert any(message in p for p in problems), problems
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(3)
 @pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", list(UNITS))
 def test_broken_unit(tmp_path: Path, good: Entries, defect: str) -> None:
@@ -301,7 +301,7 @@ def test_the_good_one_passes_in_model_exchange(tmp_path: Path, good: Entries) ->
     assert _problems(tmp_path, _pack({**good, XML: EXCHANGE.encode()})) == []
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(3)
 @pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", [*STATES, *STRUCTURES])
 def test_broken_states(tmp_path: Path, good: Entries, defect: str) -> None:

@@ -231,13 +231,14 @@ def installed(readers: Iterable[str]) -> list[str]:
     return found
 
 
-@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("name", "separate"),
     [
         ("Feedthrough", False),
-        ("Dahlquist", True),
-        *(pytest.param(*c, marks=pytest.mark.stress) for c in (("Feedthrough", True), ("Dahlquist", False))),
+        *(
+            pytest.param(*c, marks=pytest.mark.stress)
+            for c in (("Feedthrough", True), ("Dahlquist", False), ("Dahlquist", True))
+        ),
     ],
 )
 def test_a_loop_with_a_reference_fmu(name: str, separate: bool, tmp_path: Path) -> None:

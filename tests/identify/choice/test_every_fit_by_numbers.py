@@ -58,6 +58,19 @@ def test_data_at_the_limits():
         one.check(Dataset(H * np.arange(400), U, U, train=slice(0, 300), covariates={"T": T}))
 
 
+def test_equations_without_a_solution_are_one_line(monkeypatch):
+    """LAPACK may give up in the middle of a search; ``auto`` then leaves the candidate out."""
+
+    def build(data, options, seed, progress):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setitem(weighted_sums.KINDS, "prandtl_ishlinskii", identify.catalogue.Row("", build, ()))
+    with pytest.raises(
+        InputError, match=r"^run: The equations of a fit .* Got the error 'SVD did not converge' of LAPACK"
+    ):
+        one.fit_one(Dataset.from_signal(U, U, H, "run"), "prandtl_ishlinskii", 0, lambda f: None, {})
+
+
 @pytest.mark.parametrize(("rms", "good"), [(0.5, True), (0.5 * (1 + 5e-10), True), (0.5001, False), (np.nan, False)])
 def test_the_mean_is_the_worst_model(monkeypatch, rms, good):
     data = Dataset.from_signal(U, U, H, "run", slice(0, 300))

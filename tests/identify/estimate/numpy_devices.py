@@ -1,7 +1,5 @@
 """Devices written from their equations in numpy, and the graphs that are fitted to them."""
 
-from itertools import pairwise
-
 import numpy as np
 import plants
 from foreign import solvers
@@ -37,12 +35,6 @@ def second_order(x, f_n, zeta):
 
 def noisy(rng, y, share=1e-3):
     return y + share * np.ptp(y) * rng.normal(size=len(y))
-
-
-def chain(*nodes):
-    """Nodes one behind the other, from the input u to the output y."""
-    wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
-    return hy.Graph(nodes, wires, [hy.Input("u", (f"{nodes[0].name}.u",))], [hy.Output("y", f"{nodes[-1].name}.y")])
 
 
 def g0(f_n, zeta):

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from numpy_devices import H, bouc_wen, chain, g0, multisine, noisy, plays, second_order, within
+from numpy_devices import H, bouc_wen, g0, multisine, noisy, plays, second_order, within
+from series import series
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -25,7 +26,7 @@ def record(seed=0, first=(0.0, 0.0, 0.0), rows=800, share=1e-3):
 
 
 def graph(gain=1.0, **values):
-    return chain(bank(**values), hy.Node("out", "scaling", {}, {"gain": [gain]}))
+    return series(bank(**values), hy.Node("out", "scaling", {}, {"gain": [gain]}))
 
 
 LINEAR = {"plays.w0": True, "plays.w": True, "out.offset": True}
@@ -141,7 +142,7 @@ def test_what_else_is_refused():
         hy.fit(data, graph())
     with pytest.raises(hy.InputError, match=r"must be those of a graph\. Got the kind 'preisach'"):
         hy.fit(data, "preisach", free=LINEAR)
-    made = chain(bank(), hy.Node("g0", "transfer_function"))
+    made = series(bank(), hy.Node("g0", "transfer_function"))
     with pytest.raises(hy.InputError, match=r"Got 'g0\.hold', which is a choice of zoh, foh"):
         hy.fit(data, made, free={"g0.hold": True})
     with pytest.raises(hy.InputError, match=r"must have one input and an output\. Got sum"):
@@ -162,7 +163,7 @@ def test_the_same_seed_gives_the_same_model_and_time_ends_a_search():
 
 def test_a_fitted_graph_is_a_model_like_any_other(tmp_path):
     node = hy.Node("plays", "prandtl_ishlinskii", {}, {"r": R, "w0": 1.0})
-    made = chain(node, hy.Node("out", "scaling"))
+    made = series(node, hy.Node("out", "scaling"))
     model = hy.fit(record(), made, free={"plays.w0": (0.0, np.inf), "plays.w": (0.0, np.inf), "out.offset": True})
     model.save(tmp_path / "a.model.toml")
     again = hy.Model.load(tmp_path / "a.model.toml")
@@ -192,7 +193,7 @@ def test_plays_and_a_mode(seed):
     t, u = multisine(rng, 2000)
     w, f_n, zeta = rng.uniform(0.1, 1, 5), rng.uniform(50, 150), rng.uniform(0.05, 0.5)
     y = noisy(rng, second_order(plays(u, WIDTHS, w[1:], w[0], np.zeros(4)), f_n, zeta) + 0.4)
-    graph = chain(sums(), g0(90.0, 0.2), hy.Node("out", "scaling"))
+    graph = series(sums(), g0(90.0, 0.2), hy.Node("out", "scaling"))
     weights = {"plays.w0": (0.0, np.inf), "plays.w": (0.0, np.inf)}
     data = hy.Dataset(t, u, y, unit_u="V", unit_y="um")
     model = hy.fit(data, graph, free={**weights, "g0.a[2]": True, "g0.a[3]": True, "out.offset": True}, starts=2)
@@ -248,11 +249,12 @@ def test_a_block_alone_has_no_name_of_a_node_and_reaches_the_noise():
     assert "bouc_wen.A" not in named.fit["free"]
 
 
+@pytest.mark.stress
 def test_standard_errors_hold_over_noise():
     """Nine of ten intervals of two standard errors at least hold what is true; 25 draws of noise, 6 parameters."""
     t, u = multisine(np.random.default_rng(8), 600, 12.0)
     clean = plays(u, [0.2, 0.5], [0.6, 0.3], 1.0, [0, 0]) + 0.5
-    graph = chain(
+    graph = series(
         hy.Node("p", "backlash_sum", {}, {"r": [0.1, 0.4], "z0": [0.0, 0.0]}), hy.Node("out", "scaling", {"n": 1})
     )
     true = {"p.w0": 1.0, "p.w[1]": 0.6, "p.w[2]": 0.3, "p.r[1]": 0.2, "p.r[2]": 0.5, "out.offset": 0.5}

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from numpy_devices import chain, multisine
+from numpy_devices import multisine
 from scipy.integrate import solve_ivp
+from series import series
 
 import hystfmu as hy
 from hystfmu.core.executor import SEED, Executor
@@ -72,7 +73,7 @@ def test_plays_are_exact_through_turning_points(seed):
     names = [("a.gain", 0), ("p.w0", 0), *((f"p.{k}", i) for k in ("r", "w", "z0") for i in range(n))]
     want = by_definition(u, 0.7, 0.4, r, w, z0)
     sizes = rng.uniform(0.5, 2, len(names))
-    got = derivatives(chain(*nodes), u, names, sizes)
+    got = derivatives(series(*nodes), u, names, sizes)
     assert np.abs(got - want).max() <= 1e-12 * np.abs(want).max()
     # the same plays with an output each, behind which a sum has the weights
     bank = hy.Node("p", "play_bank", {"n": n}, {"r": r, "z0": z0})
@@ -131,7 +132,7 @@ def test_bouc_wen_by_the_variational_equations(beta, gamma, n):
                     q[0] = 0.0
         want.append(q[1:])
     names = [("b.A", 0), ("b.beta", 0), ("b.gamma", 0), ("b.z0", 0)]
-    got = derivatives(chain(node), u, names, np.ones(4))
+    got = derivatives(series(node), u, names, np.ones(4))
     assert np.abs(got - np.array(want)).max() <= 1e-8 * np.abs(want).max()
 
 
@@ -145,7 +146,7 @@ OSCILLATORS = [
 @pytest.mark.parametrize(("name", "values", "free"), OSCILLATORS)
 def test_oscillators_by_extrapolated_differences(name, values, free):
     u = 40 * multisine(np.random.default_rng(4), 600, 30.0)[1]
-    graph = chain(hy.Node("p", name, {}, values))
+    graph = series(hy.Node("p", name, {}, values))
     names = [(f"p.{k}", 0) for k in free]
     sizes = np.array([1e-3 * graph.node("p").value(k)[0] for k in free])
     want = extrapolated(graph, u, names, sizes) * sizes
@@ -158,7 +159,7 @@ def test_oscillators_by_extrapolated_differences(name, values, free):
 def test_a_mode_by_extrapolated_differences():
     u = multisine(np.random.default_rng(5), 500)[1]
     a = [1.0, 120.0, 9e4]
-    graph = chain(
+    graph = series(
         hy.Node(
             "g", "transfer_function", {"na": 2, "nb": 1}, {"b": [20.0, 9e4], "a": a, "hold": "foh", "start": "steady"}
         )

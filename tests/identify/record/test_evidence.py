@@ -154,7 +154,7 @@ def test_a_fit_keeps_the_evidence_in_file_print_and_page(tmp_path):
     t = fine_time(6000, h)
     u = chirp(t, 10.0, 1500.0) * np.where(t < 0.1, 1.0, 0.1)
     data, _, _ = record(u, h, [(700.0, 0.05, 1.0)], 0, 3e-4, np.random.default_rng())
-    model = hy.fit(data, "actuator", N=20, creep="no")
+    model = hy.fit(data, "prandtl_ishlinskii", N=20)
     kept = Evidence.from_dict(model.fit["evidence"])
     assert abs(kept.modes[0].f_n - 700) < 7
     model.save(tmp_path / "a.model.toml")

@@ -1,8 +1,7 @@
 """Models made by hand for the export: every block of the library that no fit uses, and names that Modelica forbids."""
 
-from itertools import pairwise
-
 import numpy as np
+from series import series
 
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
@@ -12,13 +11,7 @@ OMEGA = 2 * np.pi * 20
 
 def chain(*nodes: Node, step: float | None = 0.01) -> Model:
     """u -> first block -> ... -> y, by the first input and output of each."""
-
-    def port(node: Node, kind: str) -> str:
-        return f"{node.name}.{node.block.of(kind)[0].name}"
-
-    wires = [(port(a, "output"), port(b, "input")) for a, b in pairwise(nodes)]
-    inputs, outputs = [Input("u", (port(nodes[0], "input"),))], [Output("y", port(nodes[-1], "output"))]
-    return Model("made", Graph(nodes, wires, inputs, outputs, sort=False), step, 'blocks in a "chain" \\ of <three> µm')
+    return Model("made", series(*nodes), step, 'blocks in a "chain" \\ of <three> µm')
 
 
 def large_network() -> Model:

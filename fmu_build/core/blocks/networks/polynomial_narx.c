@@ -18,7 +18,7 @@ static inline int64_t monomials(int64_t p, int64_t q) {
   D(n_u, 1, 1, 1000, "number of lags of u")      \
   D(n_f, 1, 0, 1000, "number of lags of f")      \
   D(n_y, 1, 0, 1000, "number of lags of y")      \
-  D(q, 2, 1, 10, "highest degree of a monomial") \
+  D(q, 2, 1, 20, "highest degree of a monomial") \
   D(n_k, 1, 0, 1, "first lag of u and f; 0: direct feed-through")
 #define VARS(V)                                                                                          \
   V(theta, PARAM, monomials(n_u + n_f + n_y, q), "real", "1", 0.05, -HYST_INF, HYST_INF,                 \
@@ -30,7 +30,7 @@ static inline int64_t monomials(int64_t p, int64_t q) {
   V(past, STATE, n_u + n_f + n_y, "real", "1", 0.0, -HYST_INF, HYST_INF, "variables z of the last step") \
   V(now, STATE, 2 * n_k, "real", "1", 0.0, -HYST_INF, HYST_INF, "u_k and f_k if n_k = 1")
 
-enum { MOST_DEGREE = 10 };
+enum { MOST_DEGREE = 20 };
 
 typedef struct {
   double u, f;     /* for n_k = 0, in place of the first elements of z for u and f */

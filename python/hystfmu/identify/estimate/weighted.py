@@ -7,7 +7,6 @@ filtered signal per parameter, the weighted sum.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +16,8 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify.catalogue import Options
 from hystfmu.identify.estimate.dynamics import Beside, Dynamics, bounds
+from hystfmu.identify.evidence import Evidence, evidence
 from hystfmu.identify.solvers.trust_region import Differences, refined, standard_errors
-
-if TYPE_CHECKING:
-    from hystfmu.identify.evidence import Evidence
 
 RATED = 1500  # minimum number of rows on which start points are compared; more rows are thinned evenly
 DEPENDENT = 1e-10  # relative singular value of normalised columns below which a combination counts as dependent
@@ -134,8 +131,6 @@ def _modes(data: Dataset) -> list[Dynamics]:
     """
     if len(data.u) > MOST_ROWS:
         return []
-    from hystfmu.identify.evidence import evidence  # imports scipy.signal, which takes long
-
     key = tuple(data.identity)
     if (shown := _SHOWN.get(key)) is None:  # candidates of ``auto`` and folds share a record
         shown = evidence(data)

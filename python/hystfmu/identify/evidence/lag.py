@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.signal import lfilter
 
 from hystfmu.base.arrays import Array
+from hystfmu.graph.recursion import Recursion
 
 HOLDS = ("foh", "smooth", "zoh")
 SERIES = (1 / 3150, 1 / 560, 1 / 90, 1 / 12)  # coefficients 2/(n^2 C(2n, n)) for n = 5, 4, 3, 2
@@ -56,7 +56,15 @@ def behind_mode(v: Array, f_n: float, zeta: float, delay: float, h: float, hold:
         v0, v1 = u[k], u[k + 1] if hold != "zoh" else u[k]
         taps[k] = (part[0] @ x + part[1] * v0 + part[2] * (v1 - v0))[0]
         x = step[0] @ x + step[1] * v0 + step[2] * (v1 - v0)
-    return np.asarray(_shift(lfilter(np.convolve(taps, poles)[:4], poles, v - v[0]), whole) + v[0])
+    driven = np.convolve(v - v[0], np.convolve(taps, poles)[:4])[: len(v)]
+    return np.asarray(_shift(_behind_poles(driven, poles), whole) + v[0])
+
+
+def _behind_poles(w: Array, a: Array) -> Array:
+    """Return y (n,) with y_k = w_k - a_1 y_(k-1) - a_2 y_(k-2), from rest; a (3,) begins with 1."""
+    step, first = np.array([-a[1:], [1.0, 0.0]]), np.array([1.0, 0.0])
+    # not scipy.signal.lfilter: the import of scipy.signal takes longer than many fits
+    return Recursion(step, np.zeros(2), first, first, first, 0.0).run(w[:, None])[:, 0]
 
 
 def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
@@ -68,7 +76,7 @@ def free_decay(n: int, f_n: float, zeta: float, h: float) -> Array:
     step = expm(np.array([[0.0, 1.0], [-w * w, -2 * zeta * w]]))
     pulse = np.zeros(n)
     pulse[0] = 1.0
-    return np.asarray(lfilter([1.0], [1.0, -np.trace(step), np.linalg.det(step)], pulse))
+    return _behind_poles(pulse, np.array([1.0, -np.trace(step), np.linalg.det(step)]))
 
 
 def behind_delay(v: Array, delay: float, h: float, hold: str) -> Array:

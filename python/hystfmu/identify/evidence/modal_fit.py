@@ -107,8 +107,9 @@ def fit(problem: Problem, structure: Structure, start: Array) -> Fitted:
         return q @ along - target, gain, q, c
 
     def held(p: Array) -> tuple[Callable[[Array], Array], Array]:
-        _, gain, q, _ = solved(p.tobytes())
-        return lambda p: free(problem.columns(structure, p) @ gain[:, None])[:, 0], q
+        _, gain, q, c = solved(p.tobytes())
+        # the columns at p are known
+        return lambda at: c @ gain if at is p else free(problem.columns(structure, at) @ gain[:, None])[:, 0], q
 
     longest, m = max(r.stop - r.start for r in problem.seen.records) * problem.seen.h, structure.modes
     low = np.append(np.tile([np.log(1 / longest), np.log(LEAST_ZETA)], m), -1.0)

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.signal import lfilter
 
 from hystfmu.base.arrays import Array
+from hystfmu.graph.recursion import lag
 from hystfmu.identify.evidence.lag import behind_delay, behind_mode, free_decay, prepared
 from hystfmu.identify.evidence.spectra import CELL, Cells, Response, Window, smooth
 
@@ -146,10 +146,8 @@ class Problem:
     def slow_rows(self) -> Array:
         """Return the weighted spectra of the slow parts: lags of the input, and a parabola over each record."""
 
-        def lag(pole: float) -> Array:
-            return self.along(lambda v: np.asarray(lfilter([1 - pole], [1.0, -pole], v - v[0])))
-
-        made = [lag(float(np.exp(-self.seen.h / T))) for T in self.slow]
+        filters = [lag(self.seen.h, T) for T in self.slow]
+        made = [self.along(lambda v, f=f: f.run((v - v[0])[:, None])[:, 0]) for f in filters]  # type: ignore[misc]
         for r in self.seen.records if len(self.seen.records) <= MOST_PARABOLAS else ():
             t = np.zeros(len(self.v))
             t[r] = np.linspace(-1.0, 1.0, r.stop - r.start) ** 2

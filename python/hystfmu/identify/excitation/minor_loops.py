@@ -17,6 +17,7 @@ from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise, reversals
 
 OPEN = 0.5  # gap (% of the span of y) above which the record contradicts return-point memory
+LEAST_LOOPS = 5  # number of closed loops that show return-point memory; single loops also close where y saturates
 LEAST_LOOP = 0.02  # depth relative to the range of u below which a loop is not used
 # number of rows per cycle below which a warning is given; with 10, 50 and 100 rows per cycle, extrema between two rows
 # cause errors of 2.6, 0.10 and 0.03 % of the span
@@ -67,6 +68,11 @@ class Excitation:
     memory: str
     warnings: tuple[str, ...]
     coarse: tuple[str, ...]
+
+    @property
+    def closes(self) -> bool:
+        """Result of the test whether enough minor loops close to exclude kinds with open loops."""
+        return self.memory == RETURN_POINT and self.loops >= LEAST_LOOPS
 
 
 def gaps(u: Array, y: Array, turns: Array) -> Array:

@@ -44,6 +44,7 @@ SAME = 0.01  # standard deviation of ln of the integral of mu: the scale of v ha
 MOST = 5.0  # largest w, relative to the integral of mu
 SHIFT = 0.02  # finite difference of the centre, relative to half of the grid
 EVALUATIONS, TOLERANCE = (40, 25), 1e-5  # limits of a search: of a bell curve, of l
+ROUGH = 1e-2  # tolerance of a search of l whose result is only compared with others
 
 
 @dataclass(frozen=True)
@@ -185,10 +186,10 @@ class Problem:
         found = min((refined(search, z, EVALUATIONS[0], TOLERANCE) for z in starts), key=lambda f: f.cost)
         return self.at(point(found.p))
 
-    def fitted(self, start: Bell) -> Bell:
+    def fitted(self, start: Bell, tolerance: float = TOLERANCE) -> Bell:
         """Return the result of a search of all coefficients from a start point with the same centre."""
         p = np.concatenate([[0.0, start.w], start.ln_mu])
-        return self.at(refined(self, p, EVALUATIONS[1], TOLERANCE).p)
+        return self.at(refined(self, p, EVALUATIONS[1], tolerance).p)
 
     def errors(self, bell: Bell) -> Array:
         """Return the errors of a model with the centre of the relays, shape (rows,)."""

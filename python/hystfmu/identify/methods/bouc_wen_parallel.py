@@ -22,21 +22,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
 
 from hystfmu.base.arrays import Array, Progress
 from hystfmu.data import Dataset
-from hystfmu.data.dataset import Rows
 from hystfmu.data.reversals import reversals
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.graph.recursion import lag
+from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.cuts import fitted_and_held
+from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.template import bounded, limits
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
 from hystfmu.identify.graphs import device, scaled_input
 from hystfmu.identify.methods.bouc_wen import point, shape, variables
-from hystfmu.identify.solvers.trust_region import Differences, refined
+from hystfmu.identify.solvers.trust_region import Coordinates, refined
+from hystfmu.model import run_along
 from hystfmu.model.accuracy import rms
 
 TEXT = "Bouc-Wen operator with a curve, lags and dashpots: spring, damper, creep"
@@ -48,7 +49,6 @@ DASHPOT = slice(4, 6)  # search variables of the dashpot in series
 STARTS = ((0.5, 0.5, 1.5), (0.1, 0.2, 1.0), (2.0, 0.2, 1.0))  # start values of z_max, gamma / (beta + gamma), n
 EVALUATIONS = (20, 100)  # maximum number of evaluations of residuals and Jacobian: of a trial, of the last fit
 TOLERANCE = 1e-8  # relative change that ends a search
-SMALL = 1e-9  # relative singular value below which a combination of columns is omitted
 MOST_ROWS = 6000  # maximum number of rows of a fit; the operator runs over all rows, which are then thinned evenly
 
 CANDIDATES = (Candidate(OPENS, 0.3, 0.6),)
@@ -60,107 +60,97 @@ OPTIONS = (
 )
 
 
-def operator(u: Array, p: Array, h: float) -> Array:
-    """Return the columns of the operator for the scaled input u (rows,) and the step h (s): z, and d - u if any.
+@dataclass(frozen=True)
+class Parts:
+    """Structure and shape of a model: degree of the curve, time constants of the lags (s), search variables p of z.
 
     The elements of p are ln z_max, gamma / (beta + gamma), n, z0 / z_max, and with a dashpot in series ln T and ln r.
     """
-    nodes, wires, ends = hysteresis(p, float(u[0]))
-    to, outputs = [b for a, b in wires if a == "input.y"], [Output(f"y{k}", end) for k, end in enumerate(ends)]
-    graph = Graph(nodes, [w for w in wires if w[0] != "input.y"], [Input("u", tuple(to))], outputs, sort=False)
-    return graph.run(u, h).reshape(len(u), -1)
-
-
-def hysteresis(p: Array, u0: float) -> tuple[list[Node], list[tuple[str, str]], list[str]]:
-    """Return the blocks of the operator with its dashpot, their wires, and the ends of the wires to the readout.
-
-    u0 is the scaled input at which z has its initial value. The dashpot breaks the loop: its output is a state.
-    """
-    values = {name.partition(".")[2]: value for name, value in shape(p).items()}
-    node = Node("operator", "bouc_wen", {}, {"A": 1.0, "u0": u0, **values, "alpha": 0.0, "k": 1.0})
-    if len(p) == DASHPOT.start:
-        return [node], [("input.y", "operator.u")], ["operator.z"]
-    T, r = map(float, np.exp(p[DASHPOT]))
-    nodes = [
-        Node("series", "creep", {}, {"w": 1.0, "T": T, "start": "rest"}),
-        Node("between", "sum", {"n": 2}, {"k": [1.0, 1.0]}),
-        node,
-        Node("force", "sum", {"n": 2}, {"k": [-1.0, -r * T]}),
-    ]
-    wires = [("input.y", "between.u[1]"), ("series.y", "between.u[2]"), ("between.y", "operator.u")]
-    wires += [("input.y", "force.u[1]"), ("operator.z", "force.u[2]"), ("force.y", "series.u")]
-    return nodes, wires, ["operator.z", "series.y"]
-
-
-@dataclass(frozen=True)
-class Parts:
-    """Structure and shape of a model: degree of the curve, time constants of the lags (s), search variables p of z."""
 
     degree: int
     T: tuple[float, ...]
     p: Array
 
     @property
-    def late(self) -> tuple[float, ...]:
-        """Time constants of the lags of z: a dashpot in series takes their place."""
-        return self.T if len(self.p) == DASHPOT.start else ()
+    def in_series(self) -> bool:
+        """True if a dashpot is in series with z."""
+        return len(self.p) > DASHPOT.start
+
+    def graph(self, scaling: Node, data: Dataset) -> tuple[Graph, tuple[Linear, ...]]:
+        """Return the graph with a polynomial as the block ``spring``, and its linear parameters.
+
+        The dashpot in series breaks the loop: its output is a state.
+        """
+        first = float((scaling.value("gain") * data.u[0] + scaling.value("offset"))[0])
+        nodes = [scaling, Node("operator", "bouc_wen", {}, {"A": 1.0, "u0": first, "alpha": 0.0, "k": 1.0})]
+        wires, ends = [("input.y", "operator.u")], ["operator.z"]
+        if self.in_series:
+            nodes[1:1] = [
+                Node("series", "creep", {}, {"w": 1.0, "start": "rest"}),
+                Node("between", "sum", {"n": 2}, {"k": [1.0, 1.0]}),
+            ]
+            nodes.append(Node("force", "sum", {"n": 2}, {"k": [-1.0, -1.0]}))
+            wires = [("input.y", "between.u[1]"), ("series.y", "between.u[2]"), ("between.y", "operator.u")]
+            wires += [("input.y", "force.u[1]"), ("operator.z", "force.u[2]"), ("force.y", "series.u")]
+            ends.append("series.y")
+        linear = [Linear("readout.k", tuple(range(len(ends))))]
+        size = {"n_u": 1, "n_f": 0, "n_y": 0, "n_k": 0, "q": self.degree}
+        others = [(Node("spring", "polynomial_narx", size), "input.y", "theta")]
+        # a dashpot in series takes the place of the lags of z
+        for name, source in {"dashpot": "input.y", **({} if self.in_series else {"late": "operator.z"})}.items():
+            if self.T:
+                lags: dict[str, Value] = {"w": np.zeros(len(self.T)), "T": self.T, "start": "steady"}
+                others.append((Node(name, "creep", {}, lags), source, "w"))
+        for node, source, weights in others:
+            nodes.append(node)
+            wires.append((source, f"{node.name}.u"))
+            ends.append(f"{node.name}.y")
+            linear.append(Linear(f"{node.name}.{weights}", tuple(range(node.sizes[weights]))))
+        wires += [(end, f"readout.u[{i}]") for i, end in enumerate(ends, 1)]
+        nodes.append(Node("readout", "sum", {"n": len(ends)}, {"k": np.ones(len(ends))}))
+        # only the dashpot in series uses a value of the last step
+        return device(data, nodes, wires, sort=False), tuple(linear)
+
+
+def values(p: Array) -> dict[str, ArrayLike]:
+    """Return the parameters of the operator and of its dashpot for the search variables p."""
+    found: dict[str, ArrayLike] = {**shape(p)}
+    if len(p) > DASHPOT.start:
+        T, r = map(float, np.exp(p[DASHPOT]))
+        found |= {"series.T": T, "force.k": np.array([-1.0, -r * T])}
+    return found
 
 
 class _Fitting:
-    """Data set with its regressors and validation blocks, and methods that fit a model structure to it."""
+    """Data set with its validation blocks and the bounds of a search, and methods that fit a model structure to it."""
 
     def __init__(self, data: Dataset, options: Options) -> None:
         # a polynomial of high degree is not valid outside the range of the rows to which it is fitted
-        self.scaling, gain, offset = scaled_input(data.u[data.counted])
-        self.data, self.x = data, gain * data.u[: data.train.stop] + offset
+        self.data, self.scaling = data, scaled_input(data.u[data.counted])[0]
         self.all, self.kept, self.held = fitted_and_held(data, MOST_ROWS)
         self.variables = variables(options["n_max"])
+        self.seconds = (data.train.stop - data.train.start) * data.h
+        least, most = STEPS * data.h, LONG * self.seconds
+        ends = np.log([[least, most], [1 / most, 1 / least]]).T  # of T and r of the dashpot
         lo, hi, scale = limits(self.variables)
-        seconds = (data.train.stop - data.train.start) * data.h
-        of_dashpot = np.array([[STEPS * data.h, LONG * seconds], [1 / (LONG * seconds), 1 / (STEPS * data.h)]])
-        self.seconds = seconds
-        self.lo, self.hi = (np.append(v, w) for v, w in zip((lo, hi), np.log(of_dashpot).T, strict=True))
-        self.scale = np.append(scale, [0.3, 0.3])
+        self.lo, self.hi, self.scale = np.append(lo, ends[0]), np.append(hi, ends[1]), np.append(scale, [0.3, 0.3])
 
-    def columns(self, parts: Parts) -> Array:
-        """Return the regressors of a structure: polynomials of x, lags of x, z, the dashpot, and lags of z."""
-        own = operator(self.x, parts.p, self.data.h)
-        curve = legendre.legvander(np.clip(self.x, -1, 1), parts.degree)
-        of_x, of_z = (
-            [lag(self.data.h, T).run(v[:, None]) for T in some]
-            for v, some in ((self.x, parts.T), (own[:, 0], parts.late))
-        )
-        return np.column_stack([curve, *of_x, own, *of_z])
-
-    def project(self, parts: Parts, rows: Rows) -> tuple[Array, Array]:
-        """Fit the regressors to y on `rows` by linear least squares; return residuals and coefficients."""
-        columns = self.columns(parts)[rows]
-        size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        c = np.linalg.lstsq(columns / size, self.data.y[rows], rcond=SMALL)[0] / size
-        return np.asarray(columns @ c - self.data.y[rows]), c
-
-    def fit(self, parts: Parts, rows: Rows, evaluations: int) -> Parts:
-        """Search the parameters of z that minimise the error on `rows`."""
-
-        def misfit(p: Array) -> Array:
-            e = self.project(replace(parts, p=p), rows)[0]
-            return np.asarray(e / (self.data.span * np.sqrt(len(e))))
-
-        n = len(parts.p)
-        found = refined(
-            Differences(misfit, self.scale[:n], (self.lo[:n], self.hi[:n])), parts.p, evaluations, TOLERANCE
-        )
-        return replace(parts, p=found.p)
+    def fit(self, parts: Parts, rows: NDArray[np.intp], evaluations: int) -> tuple[Parts, Graph, int]:
+        """Fit a structure to `rows`; return it with its search variables, its graph, and the number of parameters."""
+        n, (graph, linear) = len(parts.p), parts.graph(self.scaling, self.data)
+        coordinates = Coordinates(self.lo[:n], self.hi[:n], self.scale[:n], values)
+        objective = Objective(self.data, graph, coordinates, linear, rows=rows)
+        p = refined(objective, parts.p, evaluations, TOLERANCE).p
+        return replace(parts, p=p), objective.graph(p), n + len(objective.positive)
 
     def tried(self, parts: Parts) -> tuple[float, Parts]:
         """Fit a structure outside the validation blocks; return the RMS error on these blocks and the fit."""
-        found = self.fit(parts, self.kept, EVALUATIONS[0])
-        c = self.project(found, self.kept)[1]
-        return rms(self.columns(found)[self.held] @ c - self.data.y[self.held]), found
+        found, graph, _ = self.fit(parts, self.kept, EVALUATIONS[0])
+        return rms((run_along(graph, self.data) - self.data.y)[self.held]), found
 
     def in_series(self, parts: Parts) -> list[Parts]:
         """Return start points with a dashpot in series: with the shape of z of `parts`, and with its default shape."""
-        turns = max(len(reversals(self.x[self.data.train])), 1)
+        turns = max(len(reversals(self.data.u[self.data.train])), 1)
         dashpot = np.log([self.seconds, turns / self.seconds])
         return [replace(parts, p=np.append(p, dashpot)) for p in (parts.p, point(*STARTS[0]))]
 
@@ -192,10 +182,12 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
                 break
             best = less
     progress(0.8)
-    parts = f.fit(best[1], f.all, EVALUATIONS[1])
-    c = f.project(parts, f.all)[1]
+    parts, graph, count = f.fit(best[1], f.all, EVALUATIONS[1])
     told = {"parts": _named(parts), "bounded": bounded(f.variables, parts.p[: len(f.variables)])}
-    return _graph(f, parts, c), len(c) + len(parts.p), told
+    theta = graph.node("spring").value("theta")
+    slope, r, weights, at_0 = dead_zones(legendre.poly2leg(np.append(theta[-1], theta[:-1])))
+    graph = graph.replace(Node("spring", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights}))
+    return graph.replace(graph.node("readout").with_values(offset=at_0)), count, told
 
 
 def _several_durations(data: Dataset) -> bool:
@@ -211,27 +203,7 @@ def _several_durations(data: Dataset) -> bool:
 def _named(parts: Parts) -> str:
     words = [f"curve of degree {parts.degree}"] if parts.degree > 1 else []
     words += [f"{len(parts.T)} lags"] if parts.T else []
-    return ", ".join(["Bouc-Wen", *words, *(["dashpot in series"] if len(parts.p) > DASHPOT.start else [])])
-
-
-def _graph(f: _Fitting, parts: Parts, c: Array) -> Graph:
-    m, n = parts.degree + 1, len(parts.T)
-    slope, r, weights, at_0 = dead_zones(c[:m])
-    operator, wires, own = hysteresis(parts.p, float(f.x[0]))
-    nodes = [f.scaling, *operator, Node("spring", "dead_zones", {"n": len(r)}, {"w0": slope, "r": r, "w": weights})]
-    wires.append(("input.y", "spring.u"))
-    k, ends = [1.0, *c[m + n : m + n + len(own)]], ["spring.y", *own]
-    of_lags = c[m : m + n], c[m + n + len(own) :]
-    for name, source, T, w in zip(
-        ("dashpot", "late"), ("input.y", own[0]), (parts.T, parts.late), of_lags, strict=True
-    ):
-        if T:
-            nodes.append(Node(name, "creep", {}, {"w": w, "T": np.array(T), "start": "steady"}))
-            wires.append((source, f"{name}.u"))
-            k, ends = [*k, 1.0], [*ends, f"{name}.y"]
-    wires += [(end, f"readout.u[{i}]") for i, end in enumerate(ends, 1)]
-    nodes.append(Node("readout", "sum", {"n": len(k)}, {"k": k, "offset": at_0}))
-    return device(f.data, nodes, wires, sort=False)  # only the dashpot in series uses a value of the last step
+    return ", ".join(["Bouc-Wen", *words, *(["dashpot in series"] if parts.in_series else [])])
 
 
 KINDS = {"bouc_wen_parallel": Row(TEXT, build, OPTIONS, CANDIDATES, Memory(1200.0))}

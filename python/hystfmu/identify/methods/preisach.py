@@ -34,7 +34,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import lag
 from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.cuts import fitted_and_held
-from hystfmu.identify.features.bell_density import Problem, Relays
+from hystfmu.identify.features.bell_density import ROUGH, Problem, Relays
 from hystfmu.identify.features.bent_chain import dead_zones as polygon
 from hystfmu.identify.features.smooth_density import smooth_density
 from hystfmu.identify.graphs import device, scaled_input, wired
@@ -52,7 +52,7 @@ LAGS, DEAD_ZONES = 6, 6
 BETTER = 0.6  # ratio of errors below which rate-dependent terms are kept; in a slow record they can imitate a memory
 SMOOTH = (0.1, 1.0, 5.0)  # standard deviations of the third differences of ln mu that are tried
 CLEARLY, LEAST_NOISE = 0.9, 1e-4  # ratio of validation errors; smallest assumed noise, relative to half the span
-MOST_ROWS = 3000  # maximum number of rows of a fit of ln mu; more rows are thinned evenly
+MOST_ROWS, PER_CELL = 3000, 4  # maximum number of rows of a fit of ln mu, also for each cell; others are thinned evenly
 LINEAR, BELL = "linear", "bell"
 CANDIDATES = (
     Candidate(ANY, 1.2, 0.12, quick={"n": 20, "widths": 12, "means": 4}),
@@ -180,7 +180,8 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
 def _bell(data: Dataset, options: Options, progress: Progress) -> tuple[Graph, int]:
     """Fit a density with a smooth logarithm and a static nonlinearity."""
     scaling, gain, offset = scaled_input(data.u[: data.train.stop])
-    x, (every, kept, held) = gain * data.u + offset, fitted_and_held(data, MOST_ROWS)
+    n = int(options["n"])
+    x, (every, kept, held) = gain * data.u + offset, fitted_and_held(data, min(MOST_ROWS, PER_CELL * n * (n + 1) // 2))
     held = held if len(held) else kept
     size, middle = data.span / 2, float(data.y[data.counted].mean())
     y = (data.y[every] - middle) / size
@@ -193,13 +194,13 @@ def _bell(data: Dataset, options: Options, progress: Progress) -> tuple[Graph, i
         used = np.isin(every, rows)
         return Problem(of.on(used), y[used], options["bend"], smooth, sigma)
 
-    first = Relays(parts, options["n"], float(x[0]) if demagnetised else 0.0, options["start"], demagnetised)
+    first = Relays(parts, n, float(x[0]) if demagnetised else 0.0, options["start"], demagnetised)
     best = problem(first, kept, SMOOTH[0]).started()
     progress(0.5)
-    seen = Relays(parts, options["n"], best.centre, options["start"], False, first.half)
+    seen = Relays(parts, n, best.centre, options["start"], False, first.half)
     smooth, least = SMOOTH[0], np.inf
     for level in SMOOTH:
-        trial = problem(seen, kept, level).fitted(best)
+        trial = problem(seen, kept, level).fitted(best, ROUGH)
         error = rms(problem(seen, held, level).errors(trial))
         if not error < CLEARLY * least:
             break

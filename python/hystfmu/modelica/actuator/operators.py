@@ -183,7 +183,7 @@ def _plays(node: Node, reach: tuple[float, float]) -> _Plays | None:
             rows = np.zeros((2, node.dims["n"] + 1))
             rows[0, 0], rows[1] = 1.0, [value(node, "w0"), *node.value("w")]
             return _Plays(node.value("r"), rows, np.zeros(2), value(node, "u0"))
-    if any(v.name == "memory" for v in node.block.parameters) and classes.word(node, "memory") == "dominant":
+    if node.block.parameter("memory") and classes.word(node, "memory") == "dominant":
         x0 = value(node, "x0")
         r, w = _polygon(node, x0, max(abs(reach[0] - x0), abs(reach[1] - x0), (reach[1] - reach[0]) / 2))
         rows = np.zeros((2, len(r) + 1))

@@ -40,7 +40,7 @@ def why_not(graph: Graph) -> str:
     for n in graph.nodes:
         if n.block.family != "operators" and n.type not in LINEAR and n.block.of("state"):
             return f"the slot takes only static models, but the block {n.type} has dynamics"
-        if any(v.name == "memory" for v in n.block.parameters) and classes.word(n, "memory") == "last":
+        if n.block.parameter("memory") and classes.word(n, "memory") == "last":
             return f"{n.type} with memory = last drifts, so that HystFMU.Actuators.Hysteresis has no class for it"
     return "HystFMU.Actuators.Hysteresis has no class for these blocks: " + ", ".join(n.type for n in graph.nodes)
 
@@ -129,7 +129,7 @@ def _held(graph: Graph) -> Graph:
 
 
 def _dynamics(graph: Graph) -> list[Node]:
-    return [n for n in graph.nodes if n.type in ("transfer_function", "delay")]
+    return [n for n in graph.nodes if n.type in LINEAR]
 
 
 def _static(graph: Graph) -> Graph:
@@ -138,7 +138,7 @@ def _static(graph: Graph) -> Graph:
     The mechanics of the actuator replace these dynamics.
     """
     for n in _dynamics(graph):
-        gain = static_gain(n) if n.type == "transfer_function" else 1.0
+        gain = static_gain(n) if n.block.parameter("hold") else 1.0
         graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
     return graph
 

@@ -6,6 +6,7 @@ fail. The case fails if the run stops, if the error grows, or if the error is fa
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -226,11 +227,8 @@ def _finite(figures: dict[str, Any]) -> dict[str, Any]:
 
 def _reasons(refused: Sequence[str]) -> list[str]:
     """Return one line for each scenario and each reason why cases have no margins."""
-    reasons: dict[tuple[str, str], int] = {}
-    for line in refused:
-        title, _, why = line.partition(": ")
-        key = title.partition("/")[0], why
-        reasons[key] = reasons.get(key, 0) + 1
+    parts = (line.partition(": ") for line in refused)
+    reasons = Counter((title.partition("/")[0], why) for title, _, why in parts)
     return [f"no margins: {name}, {n} case{'s' * (n > 1)}: {why}" for (name, why), n in reasons.items()]
 
 

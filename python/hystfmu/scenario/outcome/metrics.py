@@ -34,7 +34,7 @@ from hystfmu.graph import Graph
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.case import split_end
 from hystfmu.scenario.system.spec import MetricSpec
-from hystfmu.scenario.system.system import Part, System
+from hystfmu.scenario.system.system import Part, System, behind
 
 
 class _Rows(NamedTuple):
@@ -290,16 +290,8 @@ def _stated(system: System, end: str) -> str:
 
 def _same_quantity(system: System, end: str) -> set[str]:
     """Return all signals that have the same unit of measure as `end`, including `end`."""
-    beside: dict[str, list[str]] = {}
-    for a, b in _pairs(system):
-        beside.setdefault(a, []).append(b)
-        beside.setdefault(b, []).append(a)
-    found, open_ends = {end}, [end]
-    while open_ends:
-        new = set(beside.get(open_ends.pop(), ())) - found
-        found |= new
-        open_ends += new
-    return found
+    pairs = list(_pairs(system))
+    return behind([*pairs, *((b, a) for a, b in pairs)], end) | {end}
 
 
 def _pairs(system: System) -> Iterator[tuple[str, str]]:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pydantic
@@ -310,6 +310,18 @@ def _allowed(guard: float | None, limit: float | None, recorded: float | None) -
         return limit, ""
     most = max(guard * abs(recorded), ROUNDING)
     return (limit, "") if limit is not None and limit <= most else (most, f", {guard:g} times the recorded value")
+
+
+T = TypeVar("T")
+K = TypeVar("K")
+
+
+def grouped(items: Iterable[T], key: Callable[[T], K]) -> dict[K, list[T]]:
+    """Return the items by their `key`, both in the order in which they occur."""
+    found: dict[K, list[T]] = {}
+    for item in items:
+        found.setdefault(key(item), []).append(item)
+    return found
 
 
 MOST_SAID = 3  # number of metrics in the repr

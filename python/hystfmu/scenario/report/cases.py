@@ -12,7 +12,7 @@ from hystfmu.report.axis import path
 from hystfmu.report.page import figure, figure_of
 from hystfmu.report.plot import Line, Plot
 from hystfmu.scenario.outcome.metrics import label, unit_of, unit_of_metric
-from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Verdict
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Verdict, grouped
 from hystfmu.scenario.outcome.trace import Trace, drawn
 from hystfmu.scenario.system.spec import MetricSpec
 from hystfmu.scenario.system.system import System
@@ -31,10 +31,7 @@ def case_plots(system: System, trace: Trace) -> list[Plot]:
     if case.loops:
         lines = [Line(f"{b} over {a}", _share(trace[a][window]), _share(trace[b][window])) for a, b in case.loops]
         plots.append(Plot("Loops, each over its range", "input in % of its range", "output in % of its range", lines))
-    units: dict[str, list[str]] = {}
-    for s in case.record:
-        units.setdefault(unit_of(system, s), []).append(s)
-    for signals in units.values():
+    for signals in grouped(case.record, lambda s: unit_of(system, s)).values():
         lines = [Line(s, trace.t, trace[s]) for s in signals]
         plots.append(Plot(", ".join(signals), "t in s", value_label(system, signals), lines))
     return plots

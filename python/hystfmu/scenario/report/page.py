@@ -13,7 +13,7 @@ import json
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from hystfmu.base.printable import escape
 from hystfmu.fmu.archive import xml_file
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.scenario.outcome.metrics import unit_of
-from hystfmu.scenario.outcome.result import CHANGED, CaseResult
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, grouped
 from hystfmu.scenario.report.cases import case_plots, case_table, matrix, nearness, place, worst_and_best
 from hystfmu.scenario.report.loops import delay_budget, delay_table, loop_explorer, loop_rows
 from hystfmu.scenario.system.system import System
@@ -87,8 +87,7 @@ def _loop_facts(system: System) -> dict[str, Any]:
 def write_junit(results: Sequence[CaseResult], path: str | Path) -> None:
     """Write results as JUnit XML: one suite per scenario, one test per case."""
     root = ET.Element("testsuites", _counts(results))
-    for name in dict.fromkeys(r.scenario for r in results):
-        own = [r for r in results if r.scenario == name]
+    for name, own in grouped(results, lambda r: r.scenario).items():
         suite = ET.SubElement(root, "testsuite", {"name": name, **_counts(own)})
         for r in own:
             test = ET.SubElement(suite, "testcase", {"classname": name, "name": r.case, "time": f"{r.seconds:.3f}"})
@@ -104,16 +103,8 @@ def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
     errors = sum(r.trace is None for r in results)
     failures = sum(not r.passed for r in results) - errors
     seconds = sum(r.seconds for r in results)
-    return {
-        "tests": str(len(results)),
-        "failures": str(failures),
-        "errors": str(errors),
-        "time": f"{seconds:.3f}",
-    }
+    return {"tests": str(len(results)), "failures": str(failures), "errors": str(errors), "time": f"{seconds:.3f}"}
 
-
-if TYPE_CHECKING:
-    from hystfmu.scenario.outcome.result import CaseResult
 
 ALL = "Scenarios against cases, each with its error and verdict"
 OPEN = ' open="open"'
@@ -181,9 +172,7 @@ def _verdict(results: Sequence[CaseResult]) -> str:
 
 def _scenarios(results: Sequence[CaseResult]) -> list[str]:
     """Return a section for each scenario, after the matrix if there are several scenarios."""
-    groups: dict[str, list[CaseResult]] = {}
-    for r in results:
-        groups.setdefault(r.scenario, []).append(r)
+    groups = grouped(results, lambda r: r.scenario)
     several = len(groups) > 1
     parts = (
         [f"<section><h2>All cases</h2><details><summary>{ALL}</summary>{matrix(results)}</details></section>"]

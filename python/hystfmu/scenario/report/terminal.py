@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from hystfmu.report.terminal import table
-from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, Verdict
+from hystfmu.scenario.outcome.result import CHANGED, CaseResult, Change, Verdict, grouped
 
 LOOP = ("Ms dB", "delay margin, steps")
 DECISIVE = ("metric", "value", "limit")
@@ -16,9 +16,7 @@ def verdicts(results: Sequence[CaseResult]) -> str:
 
     Each of these lines shows the metric with the largest ratio to its limit.
     """
-    groups: dict[str, list[CaseResult]] = {}
-    for r in results:
-        groups.setdefault(r.scenario, []).append(r)
+    groups = grouped(results, lambda r: r.scenario)
     loops = any(r.loop is not None for r in results)
     if len(groups) > 1:
         rows = []

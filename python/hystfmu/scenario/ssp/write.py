@@ -10,12 +10,10 @@ suppresses the conversion. HystFMU does not convert units of measure. Therefore 
 that needs a conversion.
 """
 
-import io
 import math
 import re
 import tempfile
 import xml.etree.ElementTree as ET
-import zipfile
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +22,7 @@ from typing import Any, Literal
 from hystfmu.base.errors import InputError
 from hystfmu.base.files import read_bytes, write_bytes
 from hystfmu.data.columns import csv_text
-from hystfmu.fmu.archive import MOST_UNPACKED, xml_file
+from hystfmu.fmu.archive import MOST_UNPACKED, xml_file, zip_file
 from hystfmu.fmu.foreign.instance import REAL, Finding, carried
 from hystfmu.fmu.write.measures import base_unit
 from hystfmu.graph import Graph
@@ -223,11 +221,7 @@ def write_ssp(
     files |= {f"resources/{name}.fmu": content for name, content in entries.items()}
     files |= {f"resources/{name}.ssv": parameter_set(name, values, version) for name, values in sets.items()}
     files[REFERENCE] = _reference(system, trace)
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in files.items():
-            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
-    write_bytes(path, content.getvalue())
+    write_bytes(path, zip_file(files))
     return Written(Path(path), len(system.parts), found)
 
 

@@ -92,39 +92,27 @@ def cuts(system: System, values: Values = in_file) -> tuple[Array, Array]:
         on = (system.at(after) - e.times <= room) | (e.times - system.at(after - 1) <= NEAR * e.times)
         begins = e.times - 2 * room if e.discontinuity else e.times
         spans += zip(begins[~on].tolist(), e.times[~on].tolist(), room[~on].tolist(), strict=True)
-    steps: list[int] = []
-    times: list[float] = []
-    joined = list(_joined(sorted(spans)))
+    joined: list[tuple[float, float, float]] = []  # start, end and time resolution `near` of each event (s)
+    for begin, end, near in sorted(spans):
+        if joined and begin - joined[-1][1] <= near:  # events closer than `near` are joined
+            joined[-1] = joined[-1][0], max(joined[-1][1], end), near
+        else:
+            joined.append((begin, end, near))
+    found_at: list[tuple[int, float]] = []
     rows = system.rows(np.array([end for _, end, _ in joined]))
     edges = zip(rows.tolist(), system.at(rows - 1).tolist(), system.at(rows).tolist(), strict=True)
     for (begin, end, near), (n, before, grid) in zip(joined, edges, strict=True):
-        last = times[-1] if steps and steps[-1] == n else before
+        last = found_at[-1][1] if found_at and found_at[-1][0] == n else before
         # a discontinuity directly after a grid point or a division begins at this point
         if begin - last > near and begin < end:
-            steps.append(n)
-            times.append(begin)
+            found_at.append((n, begin))
             last = begin
         end = max(end, last + near)
         if grid - end > near:
-            steps.append(n)
-            times.append(end)
-    if len(times) + system.n_steps > MOST_STEPS:
+            found_at.append((n, end))
+    if len(found_at) + system.n_steps > MOST_STEPS:
         raise InputError(f"{system.case.where}: more than {MOST_STEPS} fine steps and events")
-    return np.array(steps, dtype=np.int64), np.array(times, dtype=np.float64)
-
-
-def _joined(spans: list[tuple[float, float, float]]) -> Iterator[tuple[float, float, float]]:
-    """Yield the start, end and time resolution `near` of each event (s). Events closer than `near` are joined."""
-    joined: tuple[float, float, float] | None = None
-    for begin, end, near in spans:
-        if joined is not None and begin - joined[1] <= near:
-            joined = (joined[0], max(joined[1], end), near)
-            continue
-        if joined is not None:
-            yield joined
-        joined = (begin, end, near)
-    if joined is not None:
-        yield joined
+    return np.array([n for n, _ in found_at], dtype=np.int64), np.array([t for _, t in found_at], dtype=np.float64)
 
 
 def _events(system: System, values: Values) -> Iterator[Event]:

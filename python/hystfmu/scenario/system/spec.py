@@ -130,8 +130,7 @@ class UnitSpec(pydantic.BaseModel):
     fine: bool = Field(False, description="runs `ripple` times per step: plants and what is measured between samples")
     substeps: int = Field(1, ge=1, le=10_000, description="steps of the unit in each of its periods")
     hold: Literal["zero", "first"] = Field(
-        "zero",
-        description="connected inputs during a period: held, or on the line through the last two values",
+        "zero", description="connected inputs during a period: held, or on the line through the last two values"
     )
     inputs: dict[str, Number] = Field({}, description="constant values of inputs that nothing is connected to")
     set: dict[str, Value] = Field({}, description="parameter overrides; a string '*1.2' scales the value")

@@ -195,12 +195,9 @@ class System:
     def loops(self) -> frozenset[int]:
         """Units in the loops of iterative coupling, which are on paths between the values in `early`."""
         owner, early = self.owners, set(self.early().tolist())
-        after = {n.to for n in self.links if n.source in early}
-        before = {owner[j] for j in early}
-        for _ in self.parts:
-            after |= {n.to for n in self.links if owner[n.source] in after}
-            before |= {owner[n.source] for n in self.links if n.to in before}
-        return frozenset(after & before)
+        readers, makers = {n.to for n in self.links if n.source in early}, {owner[j] for j in early}
+        after = behind(self.edges, *readers) | readers
+        return frozenset(after & (behind([(b, a) for a, b in self.edges], *makers) | makers))
 
     @property
     def newton(self) -> bool:
