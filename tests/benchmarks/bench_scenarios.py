@@ -248,7 +248,7 @@ def chain(n_units):
 RUN = """
 import sys, time
 from pathlib import Path
-from hystfmu.scenario import Run
+import hystfmu as hy
 begin = time.process_time()
 hy.run([sys.argv[1]], engine="native", report=sys.argv[2])
 seconds = time.process_time() - begin
