@@ -2,6 +2,7 @@
 
 import textwrap
 import tomllib
+from functools import cache
 from pathlib import Path
 
 from hystfmu.base.errors import InputError
@@ -50,6 +51,7 @@ def head() -> list[str]:
     return [*texts, "Ms, dB", "delay margin, steps"]
 
 
+@cache
 def rows(rate: str, plant: str = "", family: str = "") -> dict[str, list[str]]:
     """Cells of every loop of one rate, "" is 10 kHz, of one folder, on one plant, "" is that of the folder."""
     names = [name for name in LOOPS if (SCENARIOS / f"{family}{name}{rate}" / "baseline.toml").exists()]
@@ -120,9 +122,15 @@ def markdown() -> str:
     return "\n\n".join(parts)
 
 
+@cache
+def cases(name: str) -> Cases:
+    """Read a scenario; a table for each plant asks for it."""
+    return Cases(SCENARIOS / name)
+
+
 def loop(name: str, case: str) -> OpenedLoop:
     """Open the loop of a case."""
-    found = next((c for c in Cases(SCENARIOS / name).cases if c.name == case), None)
+    found = next((c for c in cases(name).cases if c.name == case), None)
     if found is None:
         raise InputError(f"{name}: no case {case}")
     return open_loop(build(found))

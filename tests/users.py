@@ -36,6 +36,8 @@ class User:
         "root" or "user".
     """
 
+    _works = False  # another user has found this Python
+
     def __init__(self, name: str) -> None:
         self.root = name == "root"
         if self.root and not IS_ROOT:
@@ -47,8 +49,9 @@ class User:
         self._changes = not self.root and IS_ROOT
         if self._changes:
             os.chown(self.folder, int(_NOBODY), int(_NOBODY))
-            if (tried := self.python("-c", "import hystfmu")).returncode:
+            if not User._works and (tried := self.python("-c", "import hystfmu")).returncode:
                 pytest.skip(f"cannot become another user here: {tried.stderr.strip()}")
+            User._works = True
 
     def python(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
         """Run this Python in the folder of the user, with variables of the environment."""

@@ -2,6 +2,7 @@
 
 import math
 
+import fmu_events
 import numpy as np
 import pytest
 from excitation import configurations, node, rows
@@ -91,7 +92,7 @@ def test_commits_over_a_record_are_the_steps_of_a_run_bit_for_bit(graph):
 
 
 def runge_kutta(c, u_of, t, h, n):
-    """Classical Runge-Kutta method over [t, t + h] in n steps, written here; the input is a function of the time."""
+    """Classical Runge-Kutta method over [t, t + h] in n steps; the input is a function of the time."""
 
     def f(at, x):
         put(c, u_of(at))
@@ -99,15 +100,7 @@ def runge_kutta(c, u_of, t, h, n):
         c.evaluate(at)
         return c.derivatives()
 
-    x, s = c.x, h / n
-    for i in range(n):
-        at = t + i * s
-        k1 = f(at, x)
-        k2 = f(at + s / 2, x + s / 2 * k1)
-        k3 = f(at + s / 2, x + s / 2 * k2)
-        k4 = f(at + s, x + s * k3)
-        x = x + s / 6 * (k1 + 2 * (k2 + k3) + k4)
-    f(t + h, x)
+    f(t + h, fmu_events.runge_kutta(n)(f, t, t + h, c.x))
 
 
 LINEAR = {

@@ -11,6 +11,7 @@ from types import CodeType, FunctionType
 
 def loaded_functions(folder: Path) -> dict[str, list[FunctionType]]:
     """Return all functions of modules below a folder, by file: found once, before the forks."""
+    gc.unfreeze()  # tests/conftest.py freezes what is loaded when the tests are collected: it would not be listed
     found: dict[str, list[FunctionType]] = {}
     for f in gc.get_objects():
         if type(f) is FunctionType and f.__code__.co_filename.startswith(str(folder)):

@@ -1,5 +1,6 @@
 """The tools of `make mutants`: what they change, draw, run and count."""
 
+import gc
 import json
 import os
 import signal
@@ -91,6 +92,7 @@ def test_a_loaded_function_gets_the_code_of_its_mutant(tmp_path):
     path, text = tmp_path / "some.py", "LIMIT = 3\ndef f(x):\n    return [g for g in x if g < LIMIT]\n"
     module = types.ModuleType("some")
     exec(compile(text, str(path), "exec"), vars(module))
+    gc.freeze()  # as after the collection of tests
     loaded = loaded_functions(tmp_path)
     assert not swap_python(path, text, text.replace("3", "4"), loaded)  # the body of the module needs a new start
     assert swap_python(path, text, text.replace("<", ">"), loaded)

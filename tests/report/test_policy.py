@@ -2,7 +2,6 @@
 
 import base64
 import hashlib
-import importlib.util
 import os
 import re
 import shutil
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from opened_page import EACH, Browser, dragged, opened
+from scripts import loaded
 
 import hystfmu as hy
 from hystfmu.base import PACKAGE
@@ -118,12 +118,7 @@ def test_in_the_demo(browser: Browser, made: Callable[[str], Path]) -> None:
 
 @pytest.mark.stress
 def test_in_the_docs(browser: Browser, tmp_path: Path) -> None:
-    docs = ROOT / "python" / "docs"
-    spec = importlib.util.spec_from_file_location("docs_build", docs / "build.py")
-    assert spec is not None
-    assert spec.loader is not None
-    build = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(build)
+    build = loaded(ROOT / "python" / "docs" / "build.py")
     (tmp_path / "explorer_alone.html").write_text(build.explored())
     moves(browser, tmp_path / "explorer_alone.html")
 

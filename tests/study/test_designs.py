@@ -1,6 +1,5 @@
 """Studies that design controllers, and the study of a stage."""
 
-import importlib.util
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 import stage_table
 import tuned
+from scripts import loaded
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -162,12 +162,7 @@ FOLDERS = sorted(p.parent for p in STAGE.glob("*/scenario.toml"))
 
 
 def made(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, STAGE / "models" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded(STAGE / "models" / f"{name}.py")
 
 
 @pytest.mark.some(1)

@@ -1,6 +1,5 @@
 """Ranges of damping, second mode and gain that the records state: devices inside, drawn now, and devices beyond."""
 
-import importlib.util
 import math
 import secrets
 import sys
@@ -12,6 +11,7 @@ from typing import Any
 import hard_table
 import numpy as np
 import pytest
+from scripts import loaded
 
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Cases, build
@@ -42,13 +42,7 @@ def script(name: str) -> ModuleType:
     folder = str(SCENARIOS / "models")
     if folder not in sys.path:
         sys.path.insert(0, folder)
-    spec = importlib.util.spec_from_file_location(name, SCENARIOS / "models" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
+    return loaded(SCENARIOS / "models" / f"{name}.py", name)
 
 
 def system(name: str, case: str, settings: dict[str, Any], stop: float | None = None) -> Any:

@@ -15,6 +15,7 @@ import pytest
 from click.testing import CliRunner
 from fmu_master import loop, single
 from other_platforms import RUNNERS, loads_on_macos_11, needs_glibc_2_17, needs_windows_alone, run, runner, tool
+from scripts import loaded
 
 import hystfmu
 import hystfmu as hy
@@ -48,10 +49,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for p in platforms.PLATFORMS.values():
         content = struct.pack("<III", 0xFEEDFACF, MACHO.get(p.tuple3, 0), 3) + p.tuple3.encode() * 2000
         (folder / f"{p.tuple3}.{p.suffix}").write_bytes(content)
-    spec = importlib.util.spec_from_file_location("platforms_build", BUILD)
-    assert spec is not None
-    assert spec.loader is not None
-    spec.loader.exec_module(build := importlib.util.module_from_spec(spec))
+    build = loaded(BUILD)
     (folder / "darwin64.dylib").write_bytes(build.universal([(folder / f"{n}.dylib").read_bytes() for n in MACHO]))
     monkeypatch.setattr(platforms, "PACKAGE", tmp_path)
     platforms._deflated.cache_clear()

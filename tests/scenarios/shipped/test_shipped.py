@@ -1,6 +1,5 @@
 """The scenarios of the repository: complete, with the limits that are asked for, and a broken plant is noticed."""
 
-import importlib.util
 from pathlib import Path
 from types import ModuleType
 
@@ -8,6 +7,7 @@ import numpy as np
 import pytest
 import tuned
 from click.testing import CliRunner
+from scripts import loaded
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -288,12 +288,7 @@ def test_examples_show_what_a_coupling_and_substeps_are_for() -> None:
 
 
 def _make_models(name: str = "make_models") -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, ROOT / "models" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded(ROOT / "models" / f"{name}.py")
 
 
 @pytest.mark.parametrize("plant", ["backlash", "bouc_wen"])

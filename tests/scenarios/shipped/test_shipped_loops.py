@@ -1,6 +1,5 @@
 """Shipped loops: adaptive inverse, internal model, rod, switching."""
 
-import importlib.util
 import shlex
 import tomllib
 from dataclasses import replace
@@ -13,6 +12,7 @@ import pytest
 import switching_table
 import tuned
 from click.testing import CliRunner
+from scripts import loaded
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -207,11 +207,7 @@ REPOSITORY = Path(__file__).parents[3]
 ROD = REPOSITORY / "scenarios" / "magnetostrictive"
 LOOPS = ("open_loop", "cascade", "pid")
 CORNERS = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
-spec = importlib.util.spec_from_file_location("make_rod", ROD / "models" / "make_models.py")
-assert spec is not None
-assert spec.loader is not None
-maker = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(maker)
+maker = loaded(ROD / "models" / "make_models.py", "make_rod")
 
 
 def model(name: str) -> hy.Model:
@@ -333,14 +329,7 @@ LAWS = ("sliding_mode_2005", "sliding_mode", "super_twisting")
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location(
-        "run_switching", REPOSITORY / "scenarios" / "models" / "run_switching.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    return loaded(REPOSITORY / "scenarios" / "models" / "run_switching.py")
 
 
 @pytest.mark.parametrize("law", LAWS)
