@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from generator.declarations import dim, equation, linked, parameter, ports, rate_port
 from generator.shelf import Shelf, mark
-from hystfmu.base.printable import escape
+from hystfmu.base import escape
 from hystfmu.core.library import BlockType, block_types
 from hystfmu.modelica.classes import class_names, enumeration, lacks, package_of
 from hystfmu.modelica.literals import class_text, information, sentence

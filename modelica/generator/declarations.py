@@ -5,8 +5,7 @@ import re
 import sys
 
 from generator.shelf import Shelf
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, escape
 from hystfmu.core.library import BlockType, Dim, Var
 from hystfmu.graph.listing import group
 from hystfmu.modelica.classes import DEPTH, enumeration

@@ -6,7 +6,7 @@ from pathlib import PurePath
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica.layout import Point, line, on_component
 

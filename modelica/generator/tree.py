@@ -14,7 +14,7 @@ from generator.declarations import number
 from generator.drawing import drawn, nested, pictures
 from generator.records import records
 from generator.shelf import REALISATIONS, Shelf, is_generated, mark
-from hystfmu.base.printable import escape
+from hystfmu.base import escape
 from hystfmu.modelica.literals import class_text
 
 # packages and pages of the guide in reading order

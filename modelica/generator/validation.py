@@ -12,7 +12,7 @@ import numpy as np
 from generator.base_class import BaseClass, base_classes
 from generator.declarations import linked, number
 from generator.shelf import REALISATIONS, Shelf, mark
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.core.library import BlockType
 from hystfmu.modelica.classes import enumeration, is_sampled_class, matrix_rows
 from hystfmu.modelica.layout import placed

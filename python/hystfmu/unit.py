@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, checked
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.graph import sample_time, samples_in
 

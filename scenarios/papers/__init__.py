@@ -14,7 +14,7 @@ from types import ModuleType
 
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.errors import InputError, extras
+from hystfmu.base import InputError, extras
 from papers.table import Report, Row
 
 __all__ = ["PAPERS", "Report", "Row", "missing", "quick", "reproduce"]

@@ -18,8 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError, extras
+from hystfmu.base import Array, InputError, extras
 from hystfmu.data import Dataset, signals, synthetic
 from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPSAMPLING, benchmark_multisine, decimate
 from hystfmu.identify import fit

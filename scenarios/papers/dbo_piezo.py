@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
 from hystfmu.identify import METHODS, fit
 from hystfmu.model.accuracy import rms

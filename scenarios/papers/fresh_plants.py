@@ -10,8 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset, signals
 from hystfmu.identify import fit
 from hystfmu.inverse import inverse

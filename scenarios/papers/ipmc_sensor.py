@@ -9,8 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data.dataset import Dataset
 from hystfmu.data.signals import decaying_sine, nested_reversals, ramps
 from hystfmu.data.synthetic import plays

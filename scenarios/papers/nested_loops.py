@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.identify import errors, fit
 from hystfmu.inverse import inverse

@@ -7,7 +7,7 @@ rule. Integration method, step and thresholds differ from those of every model.
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data.synthetic import plays
 
 RATE = 10e3  # sampling rate (Hz)

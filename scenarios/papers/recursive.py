@@ -20,8 +20,7 @@ r^2). This weight does not contain Sigma.
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 
 BLOCK = 4  # block size of the update in LAPACK; a larger one is not faster for one new row
 

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.data.synthetic import stack
 from hystfmu.identify import errors, fit, options

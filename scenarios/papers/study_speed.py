@@ -15,8 +15,7 @@ import numpy as np
 import tomli_w
 
 import hystfmu as hy
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.scenario import build
 from hystfmu.scenario.system.case import Cases

@@ -20,8 +20,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.printable import escape
+from hystfmu.base import Array, escape
 from hystfmu.report import page
 from hystfmu.report.diagrams import Ratio, Ratios
 from hystfmu.report.page import Section, Table

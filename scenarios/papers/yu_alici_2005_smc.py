@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph
 from hystfmu.identify import errors, fit

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from hystfmu import __version__
-from hystfmu.base.errors import InputError, extras
+from hystfmu.base import InputError, extras
 from hystfmu.base.printable import printable
 from hystfmu.cli import begin, design, fmus, identify, scenarios
 from hystfmu.cli.options import BAD_INPUT, INTERRUPTED, Command

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hystfmu.base.files import refuse_existing
+from hystfmu.base import refuse_existing
 from hystfmu.cli.identify import Columns, data_options
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.signature import FILE, WrittenFolder, of
@@ -117,7 +117,7 @@ def reproduce(
 
 def _papers(folder: str | None) -> ModuleType:
     """Import the papers from `folder`, by default from the current clone or from the clone of the running program."""
-    from hystfmu.base.errors import InputError
+    from hystfmu.base import InputError
     from hystfmu.scenario.system.spec import here_or_shipped
 
     home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
@@ -208,7 +208,7 @@ def start(
     out : str
         Folder to write into.
     """
-    from hystfmu.base.files import load_toml
+    from hystfmu.base import load_toml
     from hystfmu.report.terminal import progress, table
     from hystfmu.start.page import race_table, reference_table, sentence
     from hystfmu.start.requirements import Requirements

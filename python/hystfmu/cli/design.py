@@ -215,7 +215,7 @@ def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
     If all limits are met, the results become the baseline of the scenario. The scenario is first written to a temporary
     folder. Therefore the target folder stays unchanged if one of its files must not be replaced.
     """
-    from hystfmu.base.files import read_bytes, write_bytes
+    from hystfmu.base import read_bytes, write_bytes
     from hystfmu.scenario import run
     from hystfmu.scenario.loop.table import margin_table
 

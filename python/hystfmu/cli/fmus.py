@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.scenarios import RUN, found
 from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, WrittenFile, WrittenFolder, of

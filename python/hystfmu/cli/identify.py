@@ -105,7 +105,7 @@ def data_options(*without: str, refused: Sequence[str] = ()) -> Callable[[Callab
 def _list_models(context: click.Context, option: click.Parameter, asked: bool) -> None:
     if not asked:
         return
-    from hystfmu.base.errors import MissingExtra
+    from hystfmu.base import MissingExtra
     from hystfmu.identify import METHODS, description, options
     from hystfmu.report.terminal import table
 
@@ -250,7 +250,7 @@ def _told(found: Sequence[Part]) -> list[dict[str, Any]]:
 
 def _refuse_other(path: str, data: hy.Dataset, key: str, seed: int) -> None:
     """Raise an error if the model file exists and contains a model of other data or of another kind."""
-    from hystfmu.base.files import load_toml
+    from hystfmu.base import load_toml
 
     if may_replace(path):
         return

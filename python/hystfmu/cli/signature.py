@@ -66,7 +66,7 @@ class OutputFile(File):
         InputError
             The folder of the file is missing, or the path is read-only, a device, a pipe or a socket.
         """
-        from hystfmu.base.files import check_target  # brings pydantic, which --help does without
+        from hystfmu.base import check_target
 
         check_target(value, folder=self._folder)
         return value
@@ -320,7 +320,7 @@ def assignments(pairs: Sequence[str], option: str = "--set") -> dict[str, Any]:
 
 
 def _settings(path: str, option: str) -> dict[str, Any]:
-    from hystfmu.base.files import read_bytes  # imports pydantic, which would slow down --help
+    from hystfmu.base import read_bytes
 
     try:
         values = json.loads(read_bytes(path, MOST_BYTES))

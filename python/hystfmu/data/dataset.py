@@ -456,7 +456,7 @@ class Dataset:
         MissingExtra
             pandas is not installed.
         """
-        from hystfmu.base.errors import extras
+        from hystfmu.base import extras
 
         with extras("to_pandas()"):
             import pandas

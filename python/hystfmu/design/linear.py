@@ -19,9 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError, extras
+from hystfmu.base import Array, InputError, checked, extras
 from hystfmu.core.executor import ContinuousExecutor
 from hystfmu.design.delays import StateSpace, close, cut, sampled, shift_registers
 from hystfmu.design.delays import pade as pade_of

@@ -22,9 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, checked
 from hystfmu.design.delays import StateSpace, shift_registers
 from hystfmu.design.linear import feedthrough, python_control, to_control
 from hystfmu.graph import Graph, Node

@@ -20,7 +20,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 Complex = NDArray[np.complex128]
 UNSEEN_ZETA = 0.01  # damping ratio of a resonance that the record did not excite

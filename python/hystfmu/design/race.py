@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.plants import Complex, PlantSet
 from hystfmu.design.structures import STRUCTURES, Design, Structure

@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.design.loop import Complex, response
 from hystfmu.graph import Graph, Input, Node, Output
 

@@ -17,9 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, checked
 from hystfmu.core.library import block_types
 from hystfmu.design.linear import linearise
 from hystfmu.graph import Graph, Node

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import in_series, python_control
 from hystfmu.design.plants import Complex, Plant

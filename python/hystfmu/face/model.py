@@ -269,7 +269,7 @@ class Model(hystfmu.model.Model):
         >>> hy.fit(data, "prandtl_ishlinskii").report(data, "piezo.html").name
         'piezo.html'
         """
-        from hystfmu.base.files import write_text
+        from hystfmu.base import write_text
         from hystfmu.data.reader.reading import dataset_of
         from hystfmu.face.page import fit_page
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.interpolate import BSpline
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 
 def uniform_splines(u: Array, n: int) -> Array:

@@ -10,8 +10,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Progress, silent
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.graph.blocks import Block

@@ -22,8 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import thresholds, with_plays
 from hystfmu.model import Model, run_along

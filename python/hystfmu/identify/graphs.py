@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 

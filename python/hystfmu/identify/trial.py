@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.identify.catalogue import Candidate
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms

@@ -30,8 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress, silent
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress, silent
 from hystfmu.inverse.adaptive import adaptive_inverse
 from hystfmu.inverse.dynamic import dynamic_inverse, split, wanted
 from hystfmu.inverse.exact import exact_inverse

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse.dynamic import split

@@ -28,8 +28,7 @@ from typing import Generic
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import discretised

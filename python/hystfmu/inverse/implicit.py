@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.inverse.ports import assembled, input_range
 from hystfmu.model import M, Model, with_starts

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.base import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Output
 from hystfmu.inverse.exact import exact_inverse

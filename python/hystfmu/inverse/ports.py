@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import M, Model, with_starts
 

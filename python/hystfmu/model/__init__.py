@@ -14,10 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import check, check_format, load_toml, write_toml
+from hystfmu.base import Array, InputError, check, check_format, checked, load_toml, write_toml
 from hystfmu.data import Dataset
 from hystfmu.data.reader.arrays import Columns, is_frame
 from hystfmu.graph import Graph

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data.signals import held_out
 from hystfmu.model import Model
 from hystfmu.model.coverage import clamped

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.data.signals import ramps, training

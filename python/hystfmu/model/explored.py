@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import with_unit
+from hystfmu.base import InputError, with_unit
 from hystfmu.graph import Graph, Port
 from hystfmu.graph.node import element_names
 from hystfmu.model import Model

@@ -21,8 +21,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
 from hystfmu.data.signals import nested_reversals
 from hystfmu.graph import Graph

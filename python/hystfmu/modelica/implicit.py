@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.graph import Graph, Node
 from hystfmu.modelica import classes
 from hystfmu.modelica.classes import matrix_rows, shipped_library

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 # the keywords of Modelica 3.6, the variable time, and the types without a package
 _WORDS = """

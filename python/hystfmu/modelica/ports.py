@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.graph import Graph, Input, Output
 from hystfmu.modelica.layout import line, on_component, placed, port_placed
 from hystfmu.modelica.literals import NAME, class_text, number, sentence, string, unique

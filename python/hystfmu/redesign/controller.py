@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.design.loop import Margins
 from hystfmu.design.race import MS_DB, SET_MS_DB, Limits, Tuned, tune
 from hystfmu.design.structures import STRUCTURES

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.design.loop import Complex, beside
 from hystfmu.design.plants import Plant, PlantSet
 from hystfmu.design.race import Aim

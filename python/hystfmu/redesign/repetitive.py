@@ -21,8 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.design.loop import Complex, beside, grid
 from hystfmu.design.repetitive import RepetitiveFilters, filter_angles, learning_filters, taps_at, zero_phase_at
 from hystfmu.face.scenario import Scenario

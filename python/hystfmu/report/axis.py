@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 LONGEST_TICK = 5  # maximum number of characters of a tick label without exponent
 DIGITS = 12  # significant digits of a tick: fewer than those of a double, so that rounding errors are not shown

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 CORE = Path(__file__).with_name("core_page.txt")
 HEAD = 2  # number of lines with the description at the beginning of the file

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from hystfmu.base.printable import escape
+from hystfmu.base import escape
 from hystfmu.report.explorer import Explorer
 
 

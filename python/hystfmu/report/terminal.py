@@ -23,7 +23,7 @@ import click
 from hystfmu.base.printable import printable
 
 if TYPE_CHECKING:
-    from hystfmu.base.arrays import Array
+    from hystfmu.base import Array
 
 
 QUIET, NORMAL, VERBOSE = -1, 0, 1

@@ -17,8 +17,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import together, write_bytes
+from hystfmu.base import InputError, together, write_bytes
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.scenario.outcome.metrics import unit_of

@@ -8,9 +8,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import MOST_BYTES, check_target
+from hystfmu.base import MOST_BYTES, Array, InputError, check_target
 from hystfmu.base.printable import printable
 from hystfmu.data.columns import write_csv
 from hystfmu.data.reader.reading import table_in

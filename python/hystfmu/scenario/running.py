@@ -13,9 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError, meant
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, checked, escape, meant
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure
 from hystfmu.scenario.engine.member import FmuStore
@@ -107,7 +105,7 @@ class Results(list[Result]):
         MissingExtra
             pandas is not installed.
         """
-        from hystfmu.base.errors import extras
+        from hystfmu.base import extras
 
         with extras("to_pandas()"):
             import pandas

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.data import Dataset
 from hystfmu.design.feedforward import preview
 from hystfmu.design.plants import PlantSet, plant_set

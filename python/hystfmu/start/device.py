@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import turning_points
 from hystfmu.design.feedforward import transfer_function

@@ -25,8 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
 from hystfmu.data.columns import write_csv
 from hystfmu.data.signals import ramps

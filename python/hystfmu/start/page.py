@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.files import write_text
+from hystfmu.base import write_text
 from hystfmu.data import Dataset
 from hystfmu.face.model import Model
 from hystfmu.face.page import fit_page, fit_sections

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import turning_points
 from hystfmu.design.plants import Plant, PlantSet

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 import hystfmu as hy
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.graph import Graph, blocks
 from hystfmu.start.device import PERIODS, SAMPLES, Device
 from hystfmu.start.requirements import JUMPS, TURN, Wanted

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.design.race import MS_DB
 from hystfmu.design.structures import STRUCTURES
 

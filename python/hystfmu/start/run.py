@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import write_toml
+from hystfmu.base import InputError, write_toml
 from hystfmu.base.steps import Steps
 from hystfmu.data import Dataset
 from hystfmu.design.plants import LEAST_SPREAD, LESS_DAMPED, SIGMAS

@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.special import bdtr
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import write_text
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, escape, write_text
 from hystfmu.report.diagrams import Bar, Bars, Parallel
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.report.plot import Line, Plot

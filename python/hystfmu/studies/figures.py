@@ -21,9 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.printable import escape
+from hystfmu.base import Array, InputError, escape
 from hystfmu.report.diagrams import Bar, Bars, Coordinate, Parallel
 from hystfmu.report.page import Table, table
 from hystfmu.report.plot import Figure, Line, Plot

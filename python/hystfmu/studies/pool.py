@@ -40,9 +40,9 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any
 
+from hystfmu.base import InputError, extras
 from hystfmu.base.child import PipedChild, late, limit_memory, tell_unconfined
 from hystfmu.base.confine import Box, confine
-from hystfmu.base.errors import InputError, extras
 from hystfmu.scenario.engine.simulation import Run, box_of, one_line
 from hystfmu.scenario.system.case import with_files
 from hystfmu.scenario.system.system import System

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.report.diagrams import Bars
 from hystfmu.report.page import Diagram, Section, Table
 from hystfmu.report.terminal import table as text_table

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from hystfmu.base.calls import checked
-from hystfmu.base.errors import InputError, extras
+from hystfmu.base import InputError, checked, extras
 from hystfmu.report.plot import Figure
 from hystfmu.scenario import Run, build
 from hystfmu.studies.figures import distributions, outcome_html

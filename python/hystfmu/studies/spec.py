@@ -18,9 +18,7 @@ import numpy as np
 import pydantic
 from pydantic import Field
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import check, load_toml
+from hystfmu.base import Array, InputError, check, load_toml
 from hystfmu.design.linear import python_control
 from hystfmu.design.repetitive import filter_angles, learning_filters
 from hystfmu.design.structures import loop_shaping

@@ -21,8 +21,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError, extras
-from hystfmu.base.files import check_target, own, read_bytes, refuse_existing, write_bytes
+from hystfmu.base import InputError, check_target, extras, own, read_bytes, refuse_existing, write_bytes
 
 _FAR = 2**30  # locked byte, beyond the end of a journal, because on Windows no other process can read a locked byte
 _HELD: dict[int, tuple[int, int, int]] = {}  # process, device and file number of each locked handle

@@ -17,9 +17,7 @@ import pydantic
 from pydantic import Field
 from scipy.special import betaincinv
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError, extras
-from hystfmu.base.files import read_bytes, write_text
+from hystfmu.base import Array, InputError, extras, read_bytes, write_text
 from hystfmu.graph.tables import Number, Share
 from hystfmu.scenario.outcome.metrics import unit_of_metric
 from hystfmu.scenario.outcome.result import grouped

@@ -17,9 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import __version__
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError, extras
+from hystfmu.base import Array, InputError, __version__, extras
 from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.engine.simulation import Run, chunks_here, chunks_isolated

@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 LEAST = 1e-4  # a smaller gap, relative to the range of h, is an error of the straight lines between samples
 END = 0.02  # excluded ends of the common range; neighbours meet at their extremum, which is not a crossing

@@ -5,7 +5,7 @@ The theorem is tested with the Preisach operator of eq. 1 as hysteresis.
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset, signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify import fit

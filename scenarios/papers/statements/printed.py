@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 
 def exponential(x: float) -> float:

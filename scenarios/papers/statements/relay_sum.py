@@ -6,7 +6,7 @@ the increment of the output after an extremum u_p, is also tested.
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
 from papers.table import Row, Stated

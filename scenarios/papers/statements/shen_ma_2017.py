@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.methods.constraint_factor_mlp import basis, stack_coordinates

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from papers.rate_plant import RATE, actuator

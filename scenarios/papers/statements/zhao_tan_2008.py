@@ -7,7 +7,7 @@ inverse of eq. 1 is exact. The hysteresis consists of the ten backlash operators
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from papers.nested_loops import Response

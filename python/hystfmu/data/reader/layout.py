@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.data.reader.clock import is_stamp
 from hystfmu.data.reader.table import Kind, is_unit
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.data.columns import identifier
 from hystfmu.data.reader.table import DRIVES, LENGTHS, TIME, Column, Table
 

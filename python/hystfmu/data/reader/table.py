@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.base.printable import printable
 
 TIME = {  # for each unit of time: counts per second, seconds per count; one of both numbers is 1

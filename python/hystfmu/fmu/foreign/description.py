@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.fmu.foreign.instance import version
 
 _VERSIONS = ("1.", "2.", "3.")

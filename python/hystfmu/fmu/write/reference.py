@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.fmu.archive import xml_file
 from hystfmu.fmu.write.description import Fmi
 from hystfmu.graph import Graph, Port

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Output
 from hystfmu.identify.estimate.free import Free

@@ -22,9 +22,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError, meant
-from hystfmu.base.files import check, check_format, load_toml
+from hystfmu.base import Array, InputError, check, check_format, load_toml, meant
 from hystfmu.core.library import Var
 from hystfmu.graph import Graph
 from hystfmu.model import FORMAT, ModelTable

@@ -13,8 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.listing import group

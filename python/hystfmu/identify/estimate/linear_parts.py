@@ -13,8 +13,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify.estimate.free import Free

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.base import Array, Progress, silent
 from hystfmu.identify.estimate.objective import Objective, OutOfTime
 from hystfmu.identify.solvers.trust_region import PART, Found, refined, spread
 

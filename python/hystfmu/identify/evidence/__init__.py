@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.evidence.modal_fit import KNOWN_ZETA, Fitted
 from hystfmu.identify.evidence.problem import Problem, Seen

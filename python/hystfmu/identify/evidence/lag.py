@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph.recursion import Recursion
 
 HOLDS = ("foh", "smooth", "zoh")

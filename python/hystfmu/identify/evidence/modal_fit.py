@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure
 from hystfmu.identify.solvers.trust_region import Differences, refined
 

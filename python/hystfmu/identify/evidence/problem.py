@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph.recursion import lag
 from hystfmu.identify.evidence.lag import behind_delay, behind_mode, free_decay, prepared
 from hystfmu.identify.evidence.spectra import CELL, Cells, Response, Window, smooth

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.identify.evidence.lag import HOLDS
 from hystfmu.identify.evidence.modal_fit import MOST_ZETA, Fitted, fit
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.special import betaincinv
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 Complex = NDArray[np.complex128]
 CELL, LOCAL = 8, 2  # number of bins and number of complex coefficients of the response in a cell

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.data.signals import held_out, ramps
 from hystfmu.identify.excitation import minor_loops

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.model.accuracy import rms

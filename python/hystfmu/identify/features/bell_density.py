@@ -26,7 +26,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.estimate.runs import Runs

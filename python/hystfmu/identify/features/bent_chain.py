@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph.recursion import lag, parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import reversals
 from hystfmu.identify.features.plays import with_plays

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node

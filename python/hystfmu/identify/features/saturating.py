@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, solve_banded
 from scipy.sparse import csr_array, vstack
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.identify.solvers.trust_region import Coordinates, refined

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import BSpline
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.estimate.runs import Runs
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.solvers.nonnegative import nonnegative

@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Progress, silent
+from hystfmu.base import Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told

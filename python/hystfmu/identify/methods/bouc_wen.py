@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LATE, OPENS, Built, Candidate, Memory, Option, Options, Row

@@ -18,8 +18,7 @@ from itertools import product
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Node, Value

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Node

@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array, Progress
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Node

@@ -21,8 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hystfmu.base.arrays import Array, Progress
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row

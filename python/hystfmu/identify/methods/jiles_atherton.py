@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.base import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, Options, Row

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress
+from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.identify.catalogue import LATE, Built, Candidate, Option, Options, Row

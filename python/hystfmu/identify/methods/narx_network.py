@@ -14,8 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options, Row

@@ -29,8 +29,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress, silent
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, LAGS, OPENS, Candidate, Memory, Option, Options, Row

@@ -24,8 +24,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array, Progress
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.base import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
 from hystfmu.identify.catalogue import CLOSES, LAGS, Built, Candidate, Memory, Option, Options, Row

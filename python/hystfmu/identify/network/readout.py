@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.base import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
 from hystfmu.identify.catalogue import Option, Options

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.base import Array, Progress, silent
 from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.identify.solvers.trainers import TRAINERS, Squares, Trainer
 

@@ -28,7 +28,7 @@ from scipy.fft import dct
 from scipy.linalg import qr, solve_triangular
 from scipy.optimize import nnls
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 COARSE = 300  # number of columns in the first selection; problems with at most this number are solved directly
 ADDED = 300  # maximum number of columns that are added per round

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 CHUNK = 2000  # number of rows per QR factorisation, which fit into the cache
 

@@ -15,7 +15,7 @@ from warnings import catch_warnings
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from hystfmu.base.arrays import Array, Progress, silent
+from hystfmu.base import Array, Progress, silent
 
 ORTHOGONAL = 0.2  # limit of |g_{k-1}'g_k| / |g_k|^2 above which the directions restart (Powell)
 ENOUGH = 1e-4  # smallest fraction of the predicted decrease that a step must achieve (Armijo)

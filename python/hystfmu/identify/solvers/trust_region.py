@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 
 MARGIN = 1e-10  # distance of a start point from its bounds, relative to their difference or to 1
 TOLERANCE = 1e-13  # relative change of cost and coordinates that ends a search

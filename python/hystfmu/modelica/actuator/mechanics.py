@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 
 
 @dataclass(frozen=True)

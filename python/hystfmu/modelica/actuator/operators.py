@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.modelica import classes

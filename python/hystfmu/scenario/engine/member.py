@@ -22,7 +22,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array
 from hystfmu.fmu.foreign.instance import Finding, version
 from hystfmu.fmu.foreign.simulated import Simulated
 from hystfmu.graph import Graph

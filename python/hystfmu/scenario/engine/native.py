@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import library
 from hystfmu.graph import Node

@@ -21,9 +21,9 @@ from typing import IO, Any, Literal, get_args
 
 import numpy as np
 
+from hystfmu.base import InputError
 from hystfmu.base.child import Child, late, limit_memory, open_result, read_result
 from hystfmu.base.confine import CANNOT, Box
-from hystfmu.base.errors import InputError
 from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.scenario.engine.member import FmuStore
 from hystfmu.scenario.engine.native import Native

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.design.delays import StateSpace, close
 from hystfmu.design.linear import NO_STATES, python_control
 from hystfmu.design.loop import Complex, Margins, beside, grid, least, margins_of, on_grid, response_of

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import lru_cache
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.design.delays import StateSpace, sampled, trimmed
 from hystfmu.design.repetitive import PeriodMemory, cut_memories
 from hystfmu.graph import Graph, Input, Node, Output

@@ -12,8 +12,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.core.library import block_types
 from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import NO_STATES, in_series, linearise

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.report.terminal import table
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opened import DELAYS, OpenedLoop

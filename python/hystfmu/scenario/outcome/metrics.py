@@ -28,8 +28,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.graph import Graph
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.system.case import split_end

@@ -18,9 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pydantic
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import MOST_BYTES, own, read_toml, write_text
+from hystfmu.base import MOST_BYTES, Array, InputError, own, read_toml, write_text
 from hystfmu.data.columns import read_header
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.trace import Excerpt, Sweeps, Trace

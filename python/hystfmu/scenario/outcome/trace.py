@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import written
+from hystfmu.base import Array, InputError, written
 from hystfmu.data.columns import csv_head, csv_rows
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.spec import MetricSpec
@@ -126,7 +124,7 @@ class Trace:
         MissingExtra
             pandas is not installed.
         """
-        from hystfmu.base.errors import extras
+        from hystfmu.base import extras
 
         with extras("to_pandas()"):
             import pandas

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.printable import escape
+from hystfmu.base import Array, escape
 from hystfmu.report.axis import path
 from hystfmu.report.page import figure, figure_of
 from hystfmu.report.plot import Line, Plot

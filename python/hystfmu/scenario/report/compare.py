@@ -9,9 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pydantic
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes, write_text
-from hystfmu.base.printable import escape
+from hystfmu.base import InputError, escape, read_bytes, write_text
 from hystfmu.graph.tables import Number
 from hystfmu.report.page import Section, Table, figure, page, section, table
 from hystfmu.report.plot import Line, Plot

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.graph import Graph
 from hystfmu.graph.graph import is_hysteretic
 from hystfmu.model.explored import explored_graph

@@ -17,9 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import __version__
-from hystfmu.base.files import write_bytes, write_text
-from hystfmu.base.printable import escape
+from hystfmu.base import __version__, escape, write_bytes, write_text
 from hystfmu.fmu.archive import xml_file
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.scenario.outcome.metrics import unit_of

@@ -26,9 +26,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hystfmu.base import PACKAGE, __version__
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes
+from hystfmu.base import PACKAGE, InputError, __version__, read_bytes
 from hystfmu.fmu.archive import MOST_UNPACKED, xml_file, zip_file
 from hystfmu.fmu.foreign.instance import Finding, carried
 from hystfmu.fmu.write.platforms import binaries, host

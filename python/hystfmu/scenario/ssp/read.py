@@ -20,8 +20,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError, meant
+from hystfmu.base import Array, InputError, meant
 from hystfmu.fmu.archive import unpacked
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file

@@ -19,8 +19,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes, write_bytes
+from hystfmu.base import InputError, read_bytes, write_bytes
 from hystfmu.data.columns import csv_text
 from hystfmu.fmu.archive import MOST_UNPACKED, xml_file, zip_file
 from hystfmu.fmu.foreign.instance import REAL, Finding, carried

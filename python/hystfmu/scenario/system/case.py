@@ -22,8 +22,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import read_bytes
+from hystfmu.base import InputError, read_bytes
 from hystfmu.graph import Graph, Node, Port, Value
 from hystfmu.model import Model
 from hystfmu.scenario.system.foreign import Foreign

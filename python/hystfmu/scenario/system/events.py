@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.graph import Node
 from hystfmu.scenario.system.case import MOST_STEPS
 from hystfmu.scenario.system.foreign import Foreign

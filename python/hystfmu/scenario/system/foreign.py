@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError
 from hystfmu.fmu.archive import unpacked
 from hystfmu.fmu.foreign.description import check_binary, read_description
 from hystfmu.fmu.foreign.instance import CARRIED, REAL, Finding, carried, numbers, version

@@ -26,9 +26,7 @@ from typing import Annotated, Any, Literal, TypeVar
 import pydantic
 from pydantic import Field
 
-from hystfmu.base import PACKAGE
-from hystfmu.base.errors import InputError
-from hystfmu.base.files import check, check_format, load_toml
+from hystfmu.base import PACKAGE, InputError, check, check_format, load_toml
 from hystfmu.graph.tables import STRICT, Bounds, GraphTable, Name, NotNegative, Number, Positive, Share, TwoNames, Value
 
 FILE = "scenario.toml"

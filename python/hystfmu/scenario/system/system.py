@@ -19,8 +19,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from hystfmu.base.arrays import Array
-from hystfmu.base.errors import InputError
+from hystfmu.base import Array, InputError
 from hystfmu.graph import Graph, Input, Node, Output, Port
 from hystfmu.graph.graph import is_sampled
 from hystfmu.scenario.system import case as cases
