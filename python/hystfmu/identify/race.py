@@ -133,13 +133,16 @@ class Race:
         """Return the RMS distance of the output for an input with another memory from the median of the candidates.
 
         Candidates whose output leaves the range of the record, or whose error is more than `HOPE` times the smallest
-        one, are not part of the median. If no others are left, the function returns the standard error.
+        one, are not part of the median. If one candidate has half of the weights, the function returns the standard
+        error.
         """
         least = EXACT / 100 * self.data.span
         sizes = {name: max(t.square**0.5, least) for name, t in self.trials.items() if not t.leaves}
         if not sizes:
             return trial.spread
         weights = {name: 1 / size for name, size in sizes.items() if size <= HOPE * min(sizes.values())}
+        if 2 * max(weights.values()) >= sum(weights.values()):
+            return trial.spread  # the median would be the candidate with half of the weights, and say nothing about it
         if self._median[0] != weights:
             outputs = np.array([self.trials[name].others[0] for name in weights])
             self._median = weights, _weighted_median(outputs, np.array(list(weights.values())))
