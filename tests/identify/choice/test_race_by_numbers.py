@@ -141,23 +141,27 @@ def test_on_one_oscillation_the_candidate_next_to_the_median_is_preferred(race, 
 def test_the_distance_from_the_median_of_all_that_stay_in_the_range(race):
     """The weights are inverse to the errors; a candidate with more than four times the least error has none."""
     race.poor = True
-    outputs = {"a": (1.0, 0.0), "b": (2.0, 0.5), "c": (2.1, 0.5), "far": (2.0, 9.0), "bad": (4.1, 9.0)}
+    outputs = {"a": (1.0, 0.0), "b": (1.5, 0.5), "c": (1.6, 0.5), "far": (1.2, 9.0), "bad": (4.1, 9.0)}
     race.trials = {n: trial(n, e * E4, others=[np.full(4, y * E4)], leaves=n == "far") for n, (e, y) in outputs.items()}
 
     def distances():
         return {n: race.uncertainty(t) / E4 for n, t in race.trials.items()}
 
-    assert distances() == pytest.approx({"a": 0.0, "b": 0.5, "c": 0.5, "far": 9.0, "bad": 9.0})  # 1 of 1 + 1/2 + 1/2.1
-    assert race.risk(race.trials["b"]) == pytest.approx(np.hypot(2.0, 0.5))
-    race.trials["b"].errors[:] = 1.9 * E4  # a later fold changes its error: 1 of 1 + 1/1.9 + 1/2.1
+    assert distances() == pytest.approx(
+        {"a": 0.5, "b": 0.0, "c": 0.0, "far": 8.5, "bad": 8.5}
+    )  # 1 of 1 + 1/1.5 + 1/1.6
+    assert race.risk(race.trials["a"]) == pytest.approx(np.hypot(1.0, 0.5))
+    race.trials["bad"].others[0][:] = np.inf
+    assert distances()["bad"] == np.inf
+    race.trials["b"].errors[:] = 3.5 * E4  # a later fold changes its error: 1 of 1 + 1/3.5 + 1/1.6
+    assert set(distances().values()) == {0.0}, "the median is a itself, thus the standard error of one fit"
+    race.trials["b"].errors[:] = 2.5 * E4  # 1 of 1 + 1/2.5 + 1/1.6
     assert distances()["a"] == pytest.approx(0.5)
-    race.trials["b"].others[0][:] = np.inf
     race.trials["b"].leaves = True
-    assert distances()["a"] == 0.0
-    assert distances()["b"] == np.inf
+    assert set(distances().values()) == {0.0}, "the median of two is the better one"
     for t in race.trials.values():
         t.leaves = True
-    assert set(distances().values()) == {0.0}, "the standard error of one fit"
+    assert set(distances().values()) == {0.0}
 
 
 def test_the_weighted_median_of_each_column():
