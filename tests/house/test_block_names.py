@@ -149,7 +149,7 @@ ALLOWED: dict[str, dict[str, str]] = {
     },
     "redesign/__init__.py": {"repetitive": "a function of this name, not a block"},
     "redesign/controller.py": {"pid": "controller(): a gain of 1 in the place of the controllers"},
-    "redesign/repetitive.py": {
+    "redesign/insert.py": {
         "repetitive": "the block that is added",
         **dict.fromkeys(("in_range", "delay", "transfer_function"), "_within(): whether commands kept their limits"),
         "sum": "with_repetitive(): adds its corrections to the command",
