@@ -65,8 +65,8 @@ NUMBERS = {  # default, least and largest value
 WORDS = {  # the default comes first; None: chosen from the data
     "actuator": {
         "operator": (None, "plays", "stops", "relays"),
-        "creep": (None, "yes", "no"), "dynamics": (None, "yes", "no"), "covariates": (None, "offset", "gain", "bend"),
-        "hold": ("foh", "foh", "zoh"),
+        "creep": (None, "yes", "no", "back-relaxation"), "dynamics": (None, "yes", "no"),
+        "covariates": (None, "offset", "gain", "bend"), "hold": ("foh", "foh", "zoh"),
     },
     "duhem": {"slopes": ("polynomial", "polynomial", "saturating")},
     "bouc_wen_parallel": {"rate": (None, "yes", "no"), "series": (None, "yes", "no")},
@@ -115,7 +115,7 @@ def test_the_words_of_a_kind(key):
 QUICK_NETWORK = {"starts": 1, "iterations": 30}
 SMALL_NARX = {"lags": 4, "hidden": 6, "one_step": 30, "iterations": 15}
 COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
-    "actuator": (ANY, 0.6, 0.08, {}, {}, False),
+    "actuator": (ANY, 0.6, 0.08, {}, {}, False, True),
     "bouc_wen": (OPENS, 0.2, 0.4, {}, {"starts": 1}, False),
     "bouc_wen_parallel": (OPENS, 0.3, 0.6, {}, {}, False),
     "bouc_wen_oscillator": (LAGS, 0.3, 0.3, {}, {}, False),
