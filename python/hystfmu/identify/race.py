@@ -62,6 +62,7 @@ class Race:
         self.data, self.seed, self.poor = data, seed, poor
         self.trials: dict[str, Trial] = {}
         self.reasons: dict[str, str] = {}
+        self._held: dict[int, tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]] = {}
         self.sigma, self.unseen, self.rest = noise(data.y[data.train]), unseen(data), rest(data)
         u = self.data.longest().u
         self.other: Array = other_memory(u[self.data.longest().train], float(self.data.u[0]))
@@ -76,13 +77,16 @@ class Race:
 
         Rows of the blocks whose input is outside the range of the remaining rows are omitted.
         """
+        if fold in self._held:
+            return self._held[fold]
         data, rows = self.data, self.data.train
         held = np.zeros(len(data.u), dtype=bool)
         held[rows] = without_outermost(data.u[rows], validation_rows(data.u[rows], fold, BLOCKS))
         part = data.with_held(held)
         kept = data.u[part.counted]
         counted = np.flatnonzero(held & (data.u >= kept.min()) & (data.u <= kept.max()))
-        return part, counted, np.cumsum(np.diff(held, prepend=False))[counted]
+        self._held[fold] = part, counted, np.cumsum(np.diff(held, prepend=False))[counted]
+        return self._held[fold]
 
     def fitted(
         self, fold: int, key: str, options: Options, progress: Progress, share: float = 1.0
@@ -214,11 +218,11 @@ class Race:
                 if not short <= HOPE * max(min(map(self.excess, self.trials.values())), EXACT):
                     self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
                     return
-            options, complete = candidate.options, None
+            options, complete = dict(candidate.options), None
             if candidate.structured:
                 given = {**remembered(key, self.rest, self.data), **options}
                 complete = fit_one(self.data, key, self.seed, progress, given)
-                options, progress = {**options, **complete.fit[STRUCTURE]}, silent
+                options, progress = options | complete.fit[STRUCTURE], silent
             trial = self.trial(name, key, candidate, options, progress)
             trial.complete = complete
         except InputError as e:
