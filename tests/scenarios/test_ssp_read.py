@@ -2,6 +2,7 @@
 
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.scenario.ssp.container import joined
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
 from hystfmu.scenario.ssp.write import SSC, SSV, write_ssp
+from hystfmu.scenario.system.system import build
 
 
 def component(name: str, inside: str = "", u: str = "", y: str = "", **more: str) -> str:
@@ -98,6 +100,20 @@ def test_a_connection_has_no_direction(tmp_path: Path) -> None:
     assert read(tmp_path, wires=wire("a.y", "b.y")).case.connections == {"b.y": "a.y"}
     outside = '<d:Connection endElement="a" endConnector="u" startConnector="x"/>'
     assert read(tmp_path, wires=outside).case.connections == {}
+
+
+def test_variables_with_structured_names(tmp_path: Path) -> None:
+    ends = [Variable("arm.q[1]", "Real", "input", (0.0,)), Variable("arm.y", "Real", "output", (0.0,))]
+    drawn_fmu(tmp_path / "x.fmu", 2, [*ends, Variable("arm.k", "Real", "parameter", (1.0,))])
+    listed = '<d:Connector name="arm.q[1]" kind="input"/><d:Connector name="arm.y" kind="output"/>'
+    unit = '<d:Component name="{0}" source="resources/{0}.fmu"><d:Connectors>{1}</d:Connectors></d:Component>'
+    between = 'startElement="a" startConnector="arm.y" endElement="b" endConnector="arm.q[1]"'
+    files = dict.fromkeys(("resources/a.fmu", "resources/b.fmu"), (tmp_path / "x.fmu").read_bytes())
+    elements, wires = unit.format("a", listed) + unit.format("b", listed), f"<d:Connection {between}/>"
+    case = read(tmp_path, elements=elements, wires=wires, files=files).case
+    system = build(replace(case, overrides={"b.arm.k": 2.0}))
+    assert case.connections == {"b.arm.q[1]": "a.arm.y"}
+    assert (list(system.columns), set(system.overridden)) == (["a.arm.y", "b.arm.y"], {"b.arm.k"})
 
 
 def test_steps_and_times(tmp_path: Path) -> None:

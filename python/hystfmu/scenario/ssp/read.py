@@ -79,7 +79,7 @@ class _Reader:
         units = self._units()
         wired = connections(self._root, self._system, set(units), self._wrong)
         for end in wired:  # the start value of a connected input has no effect
-            unit, name = end.split(".")
+            unit, _, name = end.partition(".")  # the name of a connector may contain dots
             units[unit].inputs.pop(name, None)
         experiment = self._root.find(f"{{{SSD}}}DefaultExperiment")
         facts = dict(experiment.attrib) if experiment is not None else {}

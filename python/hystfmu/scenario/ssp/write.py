@@ -367,7 +367,7 @@ def _units_of_measure(root: ET.Element, names: set[str]) -> None:
 
 
 def _connect(wires: ET.Element, start: str, to: dict[str, str]) -> None:
-    unit, name = start.split(".")
+    unit, _, name = start.partition(".")  # the name of a variable of a foreign FMU may contain dots
     ET.SubElement(wires, _tag(SSD, "Connection"), {"startElement": unit, "startConnector": name} | to)
 
 
