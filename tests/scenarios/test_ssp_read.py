@@ -116,6 +116,15 @@ def test_variables_with_structured_names(tmp_path: Path) -> None:
     assert (list(system.columns), set(system.overridden)) == (["a.arm.y", "b.arm.y"], {"b.arm.k"})
 
 
+def test_what_has_no_effect_on_a_run(tmp_path: Path) -> None:
+    notes = '<d:Annotations><c:Annotation type="x"><h:x/></c:Annotation></d:Annotations>'
+    drawing = '<d:ConnectionGeometry pointsX="0.5 1" pointsY="0 1"/>'
+    given = value("p", "1").replace("</v:P", f"{notes.replace('d:', 'v:')}</v:P")
+    elements, wires = component("a", values(given)) + component("b"), wire("a.y", "b.u", drawing + notes)
+    case = read(tmp_path, elements=elements, wires=wires, files=two(tmp_path)).case
+    assert (case.connections, case.units["a"].set) == ({"b.u": "a.y"}, {"p": 1.0})
+
+
 def test_steps_and_times(tmp_path: Path) -> None:
     told = note(step="0.5", scheme="gauss_seidel", order="b a")
     assert read(tmp_path, None, rest=told).case.step == 0.5

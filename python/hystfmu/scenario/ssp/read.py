@@ -209,7 +209,7 @@ class _Reader:
     def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, _Given]:
         found: dict[str, _Given] = {}
         for p in root.iter(f"{{{SSV}}}Parameter"):
-            for kind in p:
+            for kind in (x for x in p if not x.tag.endswith("}Annotations")):
                 word, text = kind.tag.rpartition("}")[2], kind.get("value", "")
                 if word == "String":
                     value: Any = text

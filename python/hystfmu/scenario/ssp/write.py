@@ -89,6 +89,7 @@ def parameter_set(name: str, values: Mapping[str, SetValue], version: str) -> by
 
 
 _EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_WITHOUT_EFFECT = ("ConnectionGeometry", "Annotations")
 _Wrong = Callable[[str], InputError]
 _End = tuple[str | None, str | None]
 
@@ -112,7 +113,7 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
         a, b = ((c.get(f"{side}Element"), c.get(f"{side}Connector")) for side in ("start", "end"))
         if a[0] is None or b[0] is None:
             continue  # a connector of the system is not connected, because nothing is outside of the system
-        if len(c):
+        if any(x.tag.rpartition("}")[2] not in _WITHOUT_EFFECT for x in c):
             raise wrong(f"connection of {a[0]}.{a[1]}: transformations are not supported")
         for end in (a, b):
             if end[0] not in units or end not in kinds:
