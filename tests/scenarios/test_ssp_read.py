@@ -149,7 +149,7 @@ def test_values_of_every_kind(tmp_path: Path) -> None:
     shared = values(value("a.p", "9"), value("a.own", "6"), value("b.w", "8"))
     units = read(tmp_path, elements=elements, shared=shared, files=two(tmp_path)).case.units
     assert units["a"].set == {
-        "own": 6.0, "p": 1.5, "n": 3.0, "m": 4.0, "k": 5.0, "f": 0.5, "e": 2.0, "s": "text", "t": True, "o": True,
+        "own": 6.0, "p": 9.0, "n": 3.0, "m": 4.0, "k": 5.0, "f": 0.5, "e": 2.0, "s": "text", "t": True, "o": True,
         "x": False, "l": 2**53 + 1,
     }  # fmt: skip
     assert units["a"].inputs == {"w": 7.5, "c": 1.0}, "u is driven: its start value is of no use"

@@ -149,8 +149,8 @@ class _Reader:
                 raise self._wrong(f"{name}: must be an FMU; got the type {e.get('type')!r}")
             if e.get("implementation") == "ScheduledExecution":
                 raise self._wrong(f"{name}: Scheduled Execution is not supported")
-            given = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
-            given |= self._parameters(e)
+            given = self._parameters(e)  # those of the system replace them (SSP 1.0, schema of ParameterBinding)
+            given |= {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
             place = self._place(name, e.get("source", ""))
             constants, values = self._divided(name, place, given)
             units[name] = UnitSpec.model_validate({"fmu": place, "inputs": constants, "set": values})
