@@ -45,6 +45,10 @@ def values(*parameters: str, prefix: str = "") -> str:
     )
 
 
+def bound(facts: str) -> str:
+    return f"<d:ParameterBindings><d:ParameterBinding {facts}/></d:ParameterBindings>"
+
+
 def value(name: str, text: str, word: str = "Real") -> str:
     return f'<v:Parameter name="{name}"><v:{word} value="{text}"/></v:Parameter>'
 
@@ -123,6 +127,8 @@ def test_what_has_no_effect_on_a_run(tmp_path: Path) -> None:
     elements, wires = component("a", values(given)) + component("b"), wire("a.y", "b.u", drawing + notes)
     case = read(tmp_path, elements=elements, wires=wires, files=two(tmp_path)).case
     assert (case.connections, case.units["a"].set) == ({"b.u": "a.y"}, {"p": 1.0})
+    elements = elements.replace("<d:ParameterBinding ", '<d:ParameterBinding source="" ')
+    assert read(tmp_path, elements=elements, files=two(tmp_path)).case.units["a"].set == {"p": 1.0}
 
 
 def test_steps_and_times(tmp_path: Path) -> None:
@@ -219,6 +225,29 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
         ({"elements": component("a", source="../s.ssp")}, "a: source: must be a file of the archive; got '../s.ssp'"),
         ({"elements": component("a", source="a%20b")}, "a: source: must be a file of the archive; got 'a%20b'"),
         ({"elements": component("a", implementation="ScheduledExecution")}, "a: Scheduled Execution is not supported"),
+        (
+            {"shared": bound('type="text/csv" source="a.csv"')},
+            "a parameter binding must have the type application/x-ssp-parameter-set; got 'text/csv'",
+        ),
+        (
+            {"shared": bound('source="a.ssv" sourceBase="component"')},
+            "a.ssv: sourceBase must be SSD; got 'component'",
+        ),
+        (
+            {"shared": bound('source="a.ssv"'), "files": {"a.ssv": "<ParameterSet/>"}},
+            "a.ssv: must begin with ParameterSet; got ParameterSet",
+        ),
+        (
+            {
+                "shared": '<d:Connectors><d:Connector name="k" kind="parameter"/></d:Connectors>'
+                + values(value("k", "1"))
+            },
+            "k: a connector of the system cannot have a value: give it to a component",
+        ),
+        (
+            {"wires": '<d:Connection startConnector="o" endConnector="i"/>'},
+            "connection of o with i: two connectors of the system must not be connected",
+        ),
         ({"stop": 1e300}, "4e+300 steps of 0.25 s; at most 100000000 can run"),
         (
             {"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'},

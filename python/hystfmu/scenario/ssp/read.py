@@ -32,6 +32,7 @@ from hystfmu.scenario.system.system import System, build
 
 UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two are raised for an unknown encoding
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_SET = "application/x-ssp-parameter-set"
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _Given = tuple[Any, str]  # a value and its unit of measure
 MOST_STEPS = 100_000_000
@@ -139,6 +140,9 @@ class _Reader:
         units = {}
         elements = self._system.find(f"{{{SSD}}}Elements")
         shared = self._parameters(self._system)
+        outside = {c.get("name") for c in self._system.iterfind(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")}
+        if told := sorted(outside & shared.keys()):
+            raise self._wrong(f"{told[0]}: a connector of the system cannot have a value: give it to a component")
         for e in elements if elements is not None else ():
             name = e.get("name", "")
             if e.tag != f"{{{SSD}}}Component":
@@ -190,9 +194,16 @@ class _Reader:
         for b in bindings if bindings is not None else ():
             if b.find(f"{{{SSD}}}ParameterMapping") is not None:
                 raise self._wrong("parameter mappings (SSM) are not supported")
+            if (kind := b.get("type", _SET)) != _SET:
+                raise self._wrong(f"a parameter binding must have the type {_SET}; got {kind!r}")
             prefix, source = b.get("prefix", ""), b.get("source")
-            if source is not None:
-                found |= self._parameter_set(self._read(source), source, prefix)
+            if source:  # inline values may come with an empty one
+                if b.get("sourceBase", "SSD") != "SSD":
+                    raise self._wrong(f"{source}: sourceBase must be SSD; got {b.get('sourceBase')!r}")
+                root = self._read(source)
+                if root.tag != f"{{{SSV}}}ParameterSet":
+                    raise self._wrong(f"{source}: must begin with ParameterSet; got {root.tag}")
+                found |= self._parameter_set(root, source, prefix)
             for inline in b.iter(f"{{{SSV}}}ParameterSet"):
                 found |= self._parameter_set(inline, "ParameterValues", prefix)
         return found

@@ -111,6 +111,8 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
     wires = system.find(f"{{{SSD}}}Connections")
     for c in wires if wires is not None else ():
         a, b = ((c.get(f"{side}Element"), c.get(f"{side}Connector")) for side in ("start", "end"))
+        if a[0] is None and b[0] is None:
+            raise wrong(f"connection of {a[1]} with {b[1]}: two connectors of the system must not be connected")
         if a[0] is None or b[0] is None:
             continue  # a connector of the system is not connected, because nothing is outside of the system
         if any(x.tag.rpartition("}")[2] not in _WITHOUT_EFFECT for x in c):
