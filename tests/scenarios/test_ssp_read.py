@@ -12,10 +12,11 @@ from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.ssp.container import joined
-from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import SSC, SSV, write_ssp
+from hystfmu.scenario.ssp.measures import SSC
+from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp, run_ssp
+from hystfmu.scenario.ssp.write import SSV, write_ssp
 from hystfmu.scenario.system.system import build
 
 
@@ -327,6 +328,20 @@ def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good
         return
     with pytest.raises(InputError, match="a: gain is given in um and is in mm in the FMU: units of measure are not"):
         read(tmp_path, **told, files=files)
+
+
+@pytest.mark.parametrize(("stated", "said"), [("", "(um) with b.u (mm)"), ("m", "(m) with b.u (mm)")])
+def test_a_connector_has_the_unit_of_its_variable(tmp_path: Path, stated: str, said: str) -> None:
+    """SSP 1.0: a connector without a unit of measure has that of the variable of its FMU."""
+    files = {}
+    for name, u, y in (("a", "V", "um"), ("b", "mm", "V")):
+        graph = Graph([Node("k", "scaling")], (), [Input("u", ("k.u",), u)], [Output("y", "k.y", y)])
+        files[f"resources/{name}.fmu"] = export_fmu(graph, tmp_path / "x.fmu").read_bytes()
+    elements = component("a", y=stated) + component("b")
+    rest = f'<d:Units><c:Unit name="m"><c:BaseUnit m="1"/></c:Unit></d:Units>{EXPERIMENT}'
+    path = archive(tmp_path, elements, wire("a.y", "b.u"), rest, files=files)
+    with pytest.raises(InputError, match=re.escape(f"SystemStructure.ssd: connection of a.y {said}: units of measure")):
+        run_ssp(path, step=0.25)
 
 
 def test_a_root_of_another_kind(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from hystfmu.base import Array, InputError, meant
 from hystfmu.fmu.archive import unpacked
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file
+from hystfmu.scenario.ssp.measures import Measure, converts, declared, not_converted
 from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD, SSV, connections
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.foreign import Foreign
@@ -41,11 +42,15 @@ TOLERANCE = 1e-9  # allowed difference over the largest value of a signal, becau
 
 @dataclass(frozen=True)
 class Ssp:
-    """The case of an archive, and its reference result (first column `t`, one column for each signal) or None."""
+    """The case of an archive, and its reference result (first column `t`, one column for each signal) or None.
+
+    `open_ends` contains the connections whose units of measure the FMUs state, see `connections`.
+    """
 
     case: Case
     signals: tuple[str, ...]
     reference: Array | None
+    open_ends: Mapping[str, tuple[Measure, Measure]]
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
@@ -62,7 +67,7 @@ def read_ssp(path: str | Path, step: float | None = None, stop: float | None = N
         raise InputError(f"{path}: SystemStructure.ssd: must begin with SystemStructureDescription; got {root.tag}")
     reader = _Reader(Path(path), folder, root)
     case = reader.case(step, stop)
-    return Ssp(case, *_reference(folder / REFERENCE))
+    return Ssp(case, *_reference(folder / REFERENCE), reader.open_ends)
 
 
 class _Reader:
@@ -78,7 +83,7 @@ class _Reader:
 
     def case(self, step: float | None, stop: float | None) -> Case:
         units = self._units()
-        wired = connections(self._root, self._system, set(units), self._wrong)
+        wired, self.open_ends = connections(self._root, self._system, set(units), self._wrong)
         for end in wired:  # the start value of a connected input has no effect
             unit, _, name = end.partition(".")  # the name of a connector may contain dots
             units[unit].inputs.pop(name, None)
@@ -140,7 +145,7 @@ class _Reader:
         units = {}
         elements = self._system.find(f"{{{SSD}}}Elements")
         shared = self._parameters(self._system)
-        outside = {c.get("name") for c in self._system.iterfind(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")}
+        outside = {c.get("name", "") for c in self._system.iterfind(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")}
         if told := sorted(outside & shared.keys()):
             raise self._wrong(f"{told[0]}: a connector of the system cannot have a value: give it to a component")
         for e in elements if elements is not None else ():
@@ -297,7 +302,7 @@ def _prepared(
     return ssp, replace(ssp.case, coupling=scheme, overrides=dict(settings)), None
 
 
-def _built(path: str | Path, case: Case) -> System:
+def _built(path: str | Path, case: Case, open_ends: Mapping[str, tuple[Measure, Measure]]) -> System:
     """Build the case. Error messages contain the paths of files in the archive."""
     try:
         system = build(case)
@@ -306,7 +311,24 @@ def _built(path: str | Path, case: Case) -> System:
     if unknown := next((name for name in case.overrides if name not in system.overridden), None):
         names = sorted(system.parameters)
         raise InputError(f"{path}: --set {unknown}: No component has this parameter.{meant(unknown, names)}")
+    own = _own_measures(system) if open_ends else {}
+    for to, (one, other) in open_ends.items():
+        of = case.connections[to]
+        one, other = one or own[of], other or own[to]
+        if one is not None and other is not None and converts(one, other):
+            raise InputError(f"{path}: SystemStructure.ssd: {not_converted(of, one, to, other)}")
     return system
+
+
+def _own_measures(system: System) -> dict[str, Measure]:
+    """Return the unit of measure of each input and output `component.variable`, as its FMU states it."""
+    found: dict[str, Measure] = {}
+    for part in system.foreign:
+        assert isinstance(part.graph, Foreign)
+        for p in part.graph.ports:
+            measure = declared(part.graph.description, p.variable)
+            found |= {f"{part.name}.{name}": measure for name in p.scalar_names}
+    return found
 
 
 def _held_against(
@@ -354,7 +376,7 @@ def run_ssp(
     is called with the completed fraction. `settings` override parameters, ``{"component.parameter": value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
-    system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)
+    system, run = _built(path, case, ssp.open_ends), Run(engine, coupling, seconds, confined=confined)
     begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
         with ExitStack() as stack:
