@@ -280,7 +280,7 @@ int NAME(ExitInitializationMode)(unit *u) {
 }
 int NAME(Terminate)(unit *u) {
   if (u->phase != STEPPING) return refuse(u, "does not run");
-  return u->steps < u->last ? refuse(u, "is not to end before step %d", u->last) : 0;
+  return u->last < 0 ? refuse(u, "refuses the end") : 0;
 }
 
 #if FMI == 2
