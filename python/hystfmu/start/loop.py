@@ -156,11 +156,13 @@ class LoopPlan:
                 }
             changed: dict[str, Any] = {"stop": t.stop, "after": t.after, "units": units, "connections": connections}
             loop.case(t.name, text, **changed, limits=bounds.get(t.name))
+        delay = self.asked.delay
+        inserted = {} if delay else {"delay.u": "limits.y", f"plant.{found.input}": "delay.y"}
         for d in draws(found):
-            delay = self.asked.delay
-            late = {"delay": _late(found, delay + d.late)} if delay and d.late else {}
+            late = {"delay": _late(found, delay + d.late)} if d.late else {}
             units = {"plant": plant_model(found, d.plant, d.gain), **late}
-            loop.case(d.name, d.text, units=units, limits=bounds.get(d.name))
+            connections = inserted if late else {}
+            loop.case(d.name, d.text, units=units, connections=connections, limits=bounds.get(d.name))
         lo, hi = found.commands
         gain = (hi - lo) / (found.high - found.low) * (-1 if found.falling else 1)
         straight = blocks.Scaling(gain=gain, offset=(lo + hi) / 2 - gain * (found.low + found.high) / 2)

@@ -85,23 +85,22 @@ def chosen(
     InputError
         A column does not exist, several columns are possible for one role, or one column is given for two roles.
     """
-    marked = None if record is None else _named(table, record, "record")
-    given = {"time": time if rate is None else None, "input": input, "output": output}
+    given = {"time": time, "input": input, "output": output, "record": record}
     found = {role: _named(table, key, role) for role, key in given.items() if key not in ("", None)}
-    if "output" in found and found["output"] == found.get("input"):
-        raise InputError(
-            f"{table.where}The output must be a column of its own. Got {table.title(found['output'])}, the input."
-        )
+    for role, k in found.items():
+        if (first := next(r for r in found if found[r] == k)) != role:
+            raise InputError(f"{table.where}The {role} must be a column of its own. Got {table.title(k)}, the {first}.")
     beside = tuple(_named(table, key, "covariate") for key in covariates)
-    taken: set[int | None] = {*found.values(), marked} - {None}
+    taken: set[int | None] = {*found.values()}
+    marked = found.get("record")
     for k in beside:
         if k in taken:
             raise InputError(
                 f"{table.where}A covariate must be a column of its own. Got {table.title(k)}, which has another role."
             )
         taken.add(k)
-    if rate is not None and time == "" and (clock := _recognised(table, "time", taken)) is not None:
-        taken.add(clock)  # the time column is not the input
+    if rate is not None and found.pop("time", None) is None:
+        taken.add(_recognised(table, "time", taken))  # the time column is not the input
     if rate is None and time == "":
         place = _recognised(table, "time", taken)
         left = _free(table, taken)
