@@ -345,6 +345,12 @@ def test_a_named_time_is_no_signal_if_the_rate_is_given(tmp_path):
     assert not read(path, time="stamp", rate=100.0).has_output
 
 
+def test_a_temperature_is_no_time(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text(["t [s],u,y,T [degC]"], [f"{k},1,{k},20" for k in range(9)]))
+    assert "time 't [s]' in s" in read(path).read_as
+
+
 def test_the_first_record_shows_the_unit_of_the_time(tmp_path):
     path = tmp_path / "a.csv"
     rows = [f"{run},{k * 0.5},1,{k}" for run in (1, 2) for k in range(9)]

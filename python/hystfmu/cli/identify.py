@@ -74,6 +74,14 @@ class Columns:
                 raise
             return hy.read(path, **options | {"output": None})
 
+    def read_for(self, model: hy.Model, path: str, with_output: bool = True) -> hy.Dataset:
+        """Read a data file with the covariates of a model. The option ``--covariate`` may give them other headings."""
+        from hystfmu.model import beside
+
+        names = beside(model.graph)
+        measured = self.read(path, with_output, names)
+        return measured.with_names(names) if len(self.given["covariates"]) == len(names) else measured
+
 
 def data_options(*without: str, refused: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Return a decorator that adds the options of a data file to a command. The command receives them as `columns`.
@@ -296,15 +304,12 @@ def predict(model: str, data: str, out: WrittenFile, columns: Columns) -> None:
     """
     import hystfmu as hy
     from hystfmu.face.interval import free_run, parts, table_of
-    from hystfmu.model import beside, rows_of
+    from hystfmu.model import rows_of
     from hystfmu.model.coverage import WARN, clamped
     from hystfmu.report.terminal import table
 
     m = hy.Model.load(model)
-    names = beside(m.graph)
-    measured = columns.read(data, with_output=False, covariates=names)
-    if len(columns.given["covariates"]) == len(names):
-        measured = measured.with_names(names)
+    measured = columns.read_for(m, data, with_output=False)
     y = free_run(m, measured)
     measured.with_output(y).to_csv(out)
     outside = measured.along(lambda rows: clamped(m.graph, rows, measured.h), inputs=rows_of(m.graph, measured))
@@ -338,7 +343,8 @@ def check(model: str, data: str, columns: Columns, factor: float) -> None:
     model on DATA with the error stated in MODEL. The stated error is the error on held-out rows, or the error on
     training rows if the fit had no held-out rows. Rows with inputs outside the training range are ignored. The table
     has one line each for offset, gain, lag and loop shape. Each line states the error that remains if only this
-    property is corrected. The exit status is 1 if the device has drifted.
+    property is corrected. The exit status is 1 if the device has drifted. The covariate columns are found as in
+    'hystfmu predict'.
 
     \b
     Example: hystfmu check piezo.model.toml today.csv
@@ -346,8 +352,9 @@ def check(model: str, data: str, columns: Columns, factor: float) -> None:
     import hystfmu as hy
     from hystfmu.report.terminal import table
 
-    measured = columns.read(data)
-    found = hy.Model.load(model).check(measured, factor)
+    m = hy.Model.load(model)
+    measured = columns.read_for(m, data)
+    found = m.check(measured, factor)
     say(measured.read_as)
     unit = f" ({measured.unit_y})" if measured.unit_y else ""
     rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hystfmu.base import InputError
 from hystfmu.data.columns import identifier
-from hystfmu.data.reader.table import DRIVES, LENGTHS, TIME, Column, Table
+from hystfmu.data.reader.table import DRIVES, KNOWN, LENGTHS, TIME, Column, Table
 
 NAMES = {  # lower-case names for each role, the most typical name first
     "time": (
@@ -187,6 +187,8 @@ def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int |
     """Return the column of a role, recognised by its name or else by its unit of measure; None if there is none."""
     fitting = ("number", "text", "clock") if role == "time" else ("number",)
     free = [(k, c) for k, c in enumerate(table.columns) if k not in taken and c.kind in fitting]
+    if role == "time":
+        free = [(k, c) for k, c in free if c.unit in TIME or c.unit not in KNOWN]  # not a temperature "T [degC]"
     tests = [[k for k, c in free if _last(c) in names] for names in NAMES[role]]
     tests.append([k for k, c in free if c.unit in UNITS[role]])
     tests.append([k for k, c in free if _last(c) in QUANTITIES[role] and not c.unit])
