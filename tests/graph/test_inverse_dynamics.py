@@ -129,7 +129,7 @@ def test_the_command_says_how_late(tmp_path: Path) -> None:
     result = CliRunner().invoke(main, ["inverse", str(tmp_path / "m.model.toml"), "-o", str(out)])
     assert result.exit_code == 0, result.output
     late = Model.load(out).fit["lag_steps"]
-    assert f"lags the wanted output by {late} steps ({late * 1e-4:.3g} s), accurately up to 50 Hz" in result.output
+    assert f"lags the wanted output by {late} steps ({late * 1e-4:.3g} s), for frequencies up to 50 Hz" in result.output
 
 
 def test_what_is_not_linear_at_the_end_is_not_split() -> None:

@@ -280,16 +280,16 @@ def run(
         results of both engines are bit-identical.
     set : mapping, optional
         New values of parameters, named ``unit.parameter``. They apply in every case that contains the unit. A string
-        such as ``"*1.2"`` multiplies the old value. With new values, the results are compared only with the limits, not
-        with the baseline. In a case that sets the parameter itself, the new value applies only if it is a factor such
-        as ``"*1.2"``, or if `case` names this case.
+        such as ``"*1.2"`` multiplies the old value. With new values, only the limits determine the verdict, not the
+        baseline. In a case that sets the parameter itself, the new value applies only if it is a factor such as
+        ``"*1.2"``, or if `case` names this case.
     coupling : str, optional
         Coupling scheme. It replaces the coupling scheme that the scenario states.
     seconds : float in (0, inf)
         Time limit (s) of a simulation with foreign FMUs. Foreign FMUs run in a child process.
     confined : bool
-        Whether foreign FMUs have no access to the network and can write only to one private folder. Some operating
-        systems do not offer this protection.
+        Whether foreign FMUs are confined: they have no access to the network and can write only to one private folder.
+        Some operating systems do not offer this protection.
     report : path, optional
         Folder into which report.html and report.json are written.
     record : bool

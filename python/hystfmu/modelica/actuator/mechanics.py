@@ -200,7 +200,7 @@ class Mode:
             return cls(None, None, why)
         error = float(found["f_n_se"]) / f_n
         if not error < KNOWN:
-            return cls(None, None, f"f_n = {f_n:.4g} Hz is known to {100 * error:.2g} % only (standard error)")
+            return cls(None, None, f"f_n = {f_n:.4g} Hz has a standard error of {100 * error:.2g} %")
         damped = float(found.get("zeta_se", math.inf)) / zeta < KNOWN
         return cls(f_n, zeta if damped else None, f"f_n = {f_n:.4g} Hz, standard error {100 * error:.2g} %")
 
