@@ -76,7 +76,7 @@ def test_each_artefact_is_there_and_its_command_repeats_it(made: Path, monkeypat
 
 @pytest.mark.stress
 def test_the_study_of_drawn_devices_runs_as_it_is(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    command = shlex.split(json.loads((made / "told.json").read_text())["files"]["study of drawn devices"]["command"])
+    command = shlex.split(json.loads((made / "told.json").read_text())["files"]["study of random devices"]["command"])
     monkeypatch.chdir(made)
     status, out, err = call(*command[1:], "--json")
     assert status == 0, out + err

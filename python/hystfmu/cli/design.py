@@ -184,7 +184,7 @@ def _tell(made: Repetitive | Controller, lines: list[str], facts: dict[str, Any]
     passed = results.passed and not broken
     cases = [_facts(r, made.before[r.case]) for r in results]
     say("\n".join(lines) + "\n")
-    head = ["case", "metric", "before", "after", "asked", "verdict"]
+    head = ["case", "metric", "before", "after", "limit", "verdict"]
     say(table(head, [[v if isinstance(v, str) else _number(v) for v in case.values()] for case in cases]))
     for line in broken:
         say(line)

@@ -98,8 +98,8 @@ class LoopPlan:
         title = f"{tuned.structure.text} in front of the inverse" if tuned else "feed-forward and inverse, no feedback"
         text = f"{self.name}: {title}"
         loop = Scenario(self.name, step=found.h, stop=float(f"{first.stop:.12g}"), text=text, ripple=FINE)
-        loop.add("plant", plant_model(found), fine=True, text="the identified device; d: what the model misses")
-        loop.add("reference", self._leading(first), fine=True, text="wanted output now, and some steps ahead")
+        loop.add("plant", plant_model(found), fine=True, text="the identified device; d: error of the model")
+        loop.add("reference", self._leading(first), fine=True, text="reference, also some steps ahead")
         text = f"tones of the residual of the record, {missed.rms:.3g} RMS"
         loop.add("misfit", missed.tones(first.frequency, 1, first.strength), fine=True, text=text)
         loop.add("noise", blocks.Noise(sigma=float(f"{found.noise:.4g}")), text="noise of the sensor, as in the record")

@@ -192,7 +192,7 @@ def start(
     doubt = isinstance(loop, ClosedLoop) and loop.feedback != "full" and asked.controller != "none"
     if model.fit.get("warnings") or doubt:
         notes = [*notes, _measure_next(folder / "measure_next.csv", data, asked, model)]
-        files["next measurement"] = (folder / "measure_next.csv", "written for what the record does not show")
+        files["next measurement"] = (folder / "measure_next.csv", "written by hystfmu start alone")
     said = verdict(loop)
     with shown("report"):
         files["report"] = (write_page(folder, name, model, data, loop, said, notes), report)
@@ -290,5 +290,5 @@ def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> d
         "FMU of the inverse": (made, _line("export", back, "-o", made)),
         "loop": (into, f"{_line('run', into)}; {_line('margins', into)}"),
         "FMU of the controller": (deployed, _line("export", into, "--controller", "-o", deployed)),
-        **({"study of drawn devices": (study, _line("study", study, "-o", drawn))} if written else {}),
+        **({"study of random devices": (study, _line("study", study, "-o", drawn))} if written else {}),
     }
