@@ -167,9 +167,9 @@ def test_the_parts_are_counted_and_told():
     assert 0 < found["validation_percent"] < 0.1
     assert told == [0.2, 0.8]
     _, count, found = actuator.build(data, {**OPTIONS, "creep": "yes", "bend": 3, "covariates": "bend"}, 0, told.append)
-    assert (
-        found["parts"]
-        == "plays, static nonlinearity of degree 3, static nonlinearity that follows T, static nonlinearity that follows quiet, creep with 2 lags"
+    follows = "static nonlinearity that follows"
+    assert found["parts"] == (
+        f"plays, static nonlinearity of degree 3, {follows} T, {follows} quiet, creep with 2 lags"
     )
     assert count == 4 + 4 + 2 + 2 * 4
 
