@@ -15,6 +15,7 @@ import errno
 import hashlib
 import io
 import json
+import lzma
 import os
 import posixpath
 import re
@@ -109,7 +110,7 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             # mode "x": if two names differ only in case, Windows and macOS would overwrite the first file
             with archive.open(entry) as packed, path.open("xb") as unpacked:
                 shutil.copyfileobj(packed, unpacked, 1 << 20)
-        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as e:
+        except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, RuntimeError) as e:
             problems.append(f"{_shown(entry.filename)} cannot be unpacked: {e}")
         except OSError as e:
             if e.errno in _OF_THE_DISK:
@@ -175,7 +176,8 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
         return _copy(Path(_temporary().name), digest, path, content, needs), digest
     except InputError:
         raise
-    except (zipfile.BadZipFile, ValueError) as e:  # ValueError: an offset in the directory is negative
+    # ValueError: an offset in the directory is negative; NotImplementedError: the version of the format is unknown
+    except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
         raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: cannot be unpacked: {e.strerror or e}") from None
