@@ -28,7 +28,7 @@ def names(graph: Graph, taken: set[str], rated: Sequence[str]) -> tuple[dict[str
     InputError
         A port has a name that Modelica does not allow.
     """
-    outside = (*graph.inputs, *graph.outputs)
+    outside: tuple[Input | Output, ...] = (*graph.inputs, *graph.outputs)
     for p in outside:
         if not NAME.match(p.name):
             raise InputError(f"the port {p.name!r}: a name in Modelica is a letter followed by letters, digits or _")
