@@ -310,6 +310,7 @@ def xml_file(root: ET.Element) -> bytes:
 _VERSION = 20  # version 2.0, needed for deflate
 _UNIX = 3
 _DEFLATE = 8
+_UTF_8 = 1 << 11  # flag of a name that is not ASCII
 _DATE = 1 << 5 | 1  # 1980-01-01, so that equal content gives equal files
 _FILE = 0o100000
 
@@ -329,7 +330,7 @@ class Deflated:
 
 
 def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> bytes:
-    """Return a zip archive of files with ASCII names, in the given order. Equal files give bit-identical archives.
+    """Return a zip archive of files, in the given order. Equal files give bit-identical archives.
 
     Files in the folder `executable` get the executable permission of Unix. All sizes are below 4 GB. The format is
     defined in PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16.
@@ -337,12 +338,13 @@ def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> b
     body, directory = b"", b""
     for name, given in members.items():
         member = given if isinstance(given, Deflated) else Deflated.of(given)
-        checksum = zlib.crc32(member.content)
-        sizes = struct.pack("<5H3I2H", _VERSION, 0, _DEFLATE, 0, _DATE, checksum, len(member.stream),
-                            len(member.content), len(name), 0)  # fmt: skip
+        checksum, encoded = zlib.crc32(member.content), name.encode()
+        flags = 0 if name.isascii() else _UTF_8
+        sizes = struct.pack("<5H3I2H", _VERSION, flags, _DEFLATE, 0, _DATE, checksum, len(member.stream),
+                            len(member.content), len(encoded), 0)  # fmt: skip
         mode = 0o755 if executable and name.startswith(executable) else 0o644
         place = struct.pack("<3H2I", 0, 0, 0, (_FILE | mode) << 16, len(body))
-        directory += b"PK\1\2" + struct.pack("<BB", _VERSION, _UNIX) + sizes + place + name.encode("ascii")
-        body += b"PK\3\4" + sizes + name.encode("ascii") + member.stream
+        directory += b"PK\1\2" + struct.pack("<BB", _VERSION, _UNIX) + sizes + place + encoded
+        body += b"PK\3\4" + sizes + encoded + member.stream
     end = struct.pack("<4H2IH", 0, 0, len(members), len(members), len(directory), len(body), 0)
     return body + directory + b"PK\5\6" + end
