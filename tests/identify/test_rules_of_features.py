@@ -87,9 +87,9 @@ def test_the_search_of_dynamics_finds_them():
     [
         (Dynamics(499.9, 0.5, 0.0), [0, 0, 0], ["f_n = 499.9 Hz is a bound of the search"]),
         (Dynamics(2.0, 0.5, 0.0), [0, 0, 0], []),
-        (Dynamics(30.0, 0.5, 0.0), [0.021, 0, 0], ["f_n = 30 Hz is known to 2.1 % only"]),
-        (Dynamics(30.0, 0.5, 0.0), [0.019, 0.021, 0], ["zeta = 0.5 is known to 2.1 % only"]),
-        (Dynamics(30.0, 0.5, H), [0, 0, 0.27], ["the delay 0.001 s is known to 0.00027 s only"]),
+        (Dynamics(30.0, 0.5, 0.0), [0.021, 0, 0], ["f_n = 30 Hz has a standard error of 2.1 %"]),
+        (Dynamics(30.0, 0.5, 0.0), [0.019, 0.021, 0], ["zeta = 0.5 has a standard error of 2.1 %"]),
+        (Dynamics(30.0, 0.5, H), [0, 0, 0.27], ["the delay 0.001 s has a standard error of 0.00027 s"]),
         (Dynamics(30.0, 0.5, H), [0, 0, 0.26], []),
     ],
 )
