@@ -123,8 +123,8 @@ def _papers(folder: str | None) -> ModuleType:
     home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
     if home.name != "papers" or not (home / "__init__.py").is_file():
         raise InputError(
-            f"{home}: The papers must be in a folder scenarios/papers, as in the repository of HystFMU; no package has "
-            "them. Run the command in a checkout, or name the folder with --papers DIR."
+            f"{home}: The papers must be in a folder scenarios/papers, which only the repository of HystFMU "
+            "contains. Run the command in a clone, or name the folder with --papers DIR."
         )
     sys.path.insert(0, str(home.parent))
     return importlib.import_module("papers")

@@ -193,7 +193,7 @@ def _plan(scenario: Cases, systems: tuple[System, ...], record: bool, strict: bo
         return Plan(scenario, systems, Baseline.load(scenario.folder) if scenario.spec.guard else None, strict=False)
     baseline = Baseline.load(scenario.folder)
     if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
-        note = f"{scenario.spec.name}: no baseline yet: the limits alone decide; --record keeps these results as one"
+        note = f"{scenario.spec.name}: no baseline: only the limits are tested; --record writes a baseline"
         return Plan(scenario, systems, None, strict=False, note=note)
     return Plan(scenario, systems, baseline, strict)
 
@@ -213,7 +213,9 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
         if not any(key in system.overridden for system in systems):
             known = {name for system in systems for name in system.parameters}
             if key in known:
-                raise InputError(f"--set {key}: Some case must take its value from the scenario. Got only own values.")
+                raise InputError(
+                    f"--set {key}: Every case sets this parameter itself. Use a factor such as '*1.2', or --case."
+                )
             raise InputError(
                 f"--set {key}: none of the scenarios has a unit with that parameter.{meant(key, sorted(known))}"
             )

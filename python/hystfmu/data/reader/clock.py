@@ -81,8 +81,8 @@ def _days(dates: Sequence[str], american: bool, place: Callable[[int], str]) -> 
     american |= any(p[1] > 12 for p in parts.values())
     if not iso and german == american:
         raise InputError(
-            f"{place(0)}: The date must be clear. Got {dates[0]!r}, day and month in either order: write the year "
-            "first, or give the sample rate in Hz (--rate)."
+            f"{place(0)}: The date must be clear. Got {dates[0]!r}, in which day and month are ambiguous: write the "
+            "year first, or give the sample rate in Hz (--rate)."
         )
     order = (0, 1, 2) if iso else (2, 1, 0) if german else (2, 0, 1)
     number = {}
@@ -158,8 +158,8 @@ def _scale(table: Table, column: Column, first: float, step: float) -> tuple[str
     counts = counts / seconds
     if sized and first / counts >= _YEARS[1]:
         raise InputError(
-            f"{table.where}The {column.name!r} column must be a time in {column.unit}. Got {first:.12g}, the size of "
-            f"{sized} since 1970: correct the heading, or give the sample rate in Hz (--rate)."
+            f"{table.where}The {column.name!r} column must be a time in {column.unit}. Got {first:.12g}, which may "
+            f"be a count of {sized} since 1970: correct the heading, or give the sample rate in Hz (--rate)."
         )
     if sized and first / counts >= _YEARS[0]:
         start = datetime.datetime.fromtimestamp(first / counts, datetime.UTC)

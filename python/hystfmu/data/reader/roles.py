@@ -108,8 +108,8 @@ def chosen(
             place = left[0]
         if place is None and not table.step:
             raise InputError(
-                f"{table.where}The columns must include a time. Got {_listed(table)} instead. Name it with --time "
-                "(by its number from 1 where it has none), or give the sample rate in Hz (--rate)."
+                f"{table.where}The columns must include a time. Got {_listed(table)} instead. State its name or number "
+                "with --time, or the sample rate in Hz with --rate."
             )
         if place is not None:
             found["time"] = place
@@ -139,9 +139,9 @@ def chosen(
     named = any(_last(table.columns[found["input"]]) in names for names in NAMES["input"])
     if by_unit and found["output"] < found["input"] and not named:
         raise InputError(
-            f"{table.where}The input must be clear. Got {_listed(table)}: an actuator driven by "
-            f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}? Name them with --input and "
-            "--output."
+            f"{table.where}The input must be clear. Got {_listed(table)}, of an actuator driven by "
+            f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}: name the columns with "
+            "--input and --output."
         )
     return Roles(found.get("time"), found["input"], found.get("output"), marked, beside)
 
