@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -188,7 +189,8 @@ def _tell(made: Repetitive | Controller, lines: list[str], facts: dict[str, Any]
     for line in broken:
         say(line)
     wrong([*(line for r in results for line in r.failures()), *broken])
-    say(f"wrote {into}: hystfmu run {into}; hystfmu margins {into}")
+    name = shlex.quote(str(into))
+    say(f"wrote {into}: hystfmu run {name}; hystfmu margins {name}")
     answer(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}, passed)
 
 

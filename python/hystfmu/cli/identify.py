@@ -300,7 +300,7 @@ def predict(model: str, data: str, out: WrittenFile, columns: Columns) -> None:
     Parameters
     ----------
     out : str
-        CSV file to write. Its columns are t, u, y and the covariates.
+        CSV file to write. Its columns are t, u, y and the covariates, and the record number of several records.
     """
     import hystfmu as hy
     from hystfmu.face.interval import free_run, parts, table_of
