@@ -46,6 +46,7 @@ NUMBERS = {  # default, least and largest value
     "krasnoselskii_pokrovskii": {"levels": (20, 1, 200), **U0},
     "lugre": {"starts": (6, 1, 6)},
     "maxwell_slip_oscillator": {},
+    "modified_bouc_wen": {},
     "narx_network": {
         "lags": (10, 1, 1000), "hidden": (15, 1, 10_000), "one_step": (40, 1, 100_000), "iterations": (40, 1, 100_000),
         "y0": (None, -1e300, 1e300),
@@ -131,6 +132,7 @@ COMPETE = {  # memory, seconds fixed and per 1000 rows, options, quick, local
     "krasnoselskii_pokrovskii": (CLOSES, 0.02, 0.03, {}, {}, True),
     "lugre": (LATE, 0.3, 0.4, {}, {"starts": 1}, False),
     "maxwell_slip_oscillator": (ANY, 0.3, 0.4, {}, {}, False),
+    "modified_bouc_wen": (LATE, 0.5, 1.3, {}, {}, False),
     "narx_network " + " ".join(f"{k}={v}" for k, v in SMALL_NARX.items()): (
         LAGS,
         1.0,
@@ -185,7 +187,8 @@ def test_who_competes_and_at_what_cost():
 
 
 RECORDS = {
-    "krasnoselskii_pokrovskii", "lugre", "maxwell_slip_oscillator", "play_bank_mlp", "prandtl_ishlinskii", "preisach",
+    "krasnoselskii_pokrovskii", "lugre", "maxwell_slip_oscillator", "modified_bouc_wen", "play_bank_mlp",
+    "prandtl_ishlinskii", "preisach",
 }  # fmt: skip
 COVARIATES = {
     "actuator", "constraint_factor_mlp", "fitted_operator_mlp", "play_bank_mlp", "polynomial_narx", "rate_mlp",
