@@ -22,6 +22,7 @@ typedef struct {
   fmi2ComponentEnvironment environment;
   system_file system;
   int phase, log;
+  double clock; /* of the importer: the present time with the rounding of its additions */
 } container;
 
 static fmi2Status refuse(const container *c, const char *format, ...) {
@@ -141,6 +142,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
     if (unit_start(c->system.units + k, m->values, why, sizeof why)) return refuse(c, "%s", why);
   if (master_run(m, 1, NULL)) return failed(c); /* row 0 */
   c->phase = STEPPING;
+  c->clock = 0;
   return fmi2OK;
 }
 
@@ -148,7 +150,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real t, fmi2Real h, fmi2Boole
   ALLOW(DoStep, 1 << STEPPING)
   (void)no_set_state;
   master *m = &c->system.m;
-  const double now = (double)((m->row - 1) / m->ripple) * m->base, steps = h / m->base, slack = 1e-3 * m->base;
+  const double now = c->clock, steps = h / m->base, slack = 1e-3 * m->base;
   if (!(h > 0 && h <= 1e9)) return refuse(c, "the step size must be in (0, 1e9] s. Got %g instead.", h);
   if (!(t - now <= slack && now - t <= slack)) return refuse(c, "is at t = %g s; the step starts at %g s", now, t);
   if (!(steps <= 1e9))
@@ -158,13 +160,20 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real t, fmi2Real h, fmi2Boole
   if (!(steps - (double)n <= 1e-3 && (double)n - steps <= 1e-3) || n < 1)
     return refuse(c, "the step size must be a whole number of %g s. Got %g s instead.", m->base, h);
   for (int64_t k = 0; k < m->n_units; k++) c->system.units[k].said[0] = 0;
-  return master_run(m, n * m->ripple, NULL) ? failed(c) : fmi2OK;
+  if (master_run(m, n * m->ripple, NULL)) return failed(c);
+  c->clock = t + h;
+  return fmi2OK;
 }
 
 fmi2Status fmi2Terminate(fmi2Component component) {
   ALLOW(Terminate, 1 << STEPPING)
   c->phase = ENDED;
-  return fmi2OK;
+  fmi2Status all = fmi2OK;
+  for (int64_t k = 0; k < c->system.m.n_units; k++) {
+    unit *u = c->system.units + k;
+    if (unit_end(u)) all = refuse(c, "unit '%s' cannot be terminated%s%s", u->name, u->said[0] ? ": " : "", u->said);
+  }
+  return all;
 }
 
 fmi2Status fmi2Reset(fmi2Component component) {

@@ -39,6 +39,15 @@ def test_round_trip_keeps_every_bit(tmp_path):
     assert (second.h, second.train, second.name, second.sha256) == (0.125, slice(3, 9), "a", first.sha256)
 
 
+def test_round_trip_keeps_the_records(tmp_path):
+    one = Dataset(T, U, Y, "x")
+    both = Dataset.joined([one, Dataset(T + 8, U[::-1], Y)])  # the time goes on
+    both.to_csv(tmp_path / "a.csv")
+    again = read(tmp_path / "a.csv", record="record number")
+    assert again.sha256 == both.sha256
+    assert again.read_as.count("read a.csv") == 1
+
+
 def test_columns_units_separators_and_order(tmp_path):
     path = write(tmp_path / "b.csv", rows(form="7;{2!r};{1!r};{0!r}"), "n;out [um];drive [V];time [s]")
     d = read(path, time="time", input="drive", output="out")

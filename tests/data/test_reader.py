@@ -280,6 +280,13 @@ REFUSED = {
     ),
     "an end of text": (text(["t;u;y"], [*(f"{k};1;{k}" for k in range(9)), "End"]), {}, ["line 11", "'End'"]),
     "a missing value": (text(["t;u;y"], [f"{k};{'' if k == 4 else 1};{k}" for k in range(9)]), {}, ["line 6", "'u'"]),
+    "a time that is infinite": (
+        text(["t [s];u;y"], [f"{'inf' if k == 8 else k};1;{k}" for k in range(9)]), {}, ["line 10", "'t'", "finite"],
+    ),
+    "a time as input": (
+        text(["t;u;y"], [f"{k};1;{k}" for k in range(9)]), {"time": 1, "input": "t"},
+        ["The input must be a column of its own. Got 't', the time"],
+    ),
     "two decimal signs": (
         text(["t;u;y"], [f"{k};{'1.5' if k == 4 else '2,5'};{k}" for k in range(9)]), {}, ["decimal sign", "--decimal"],
     ),
@@ -312,6 +319,43 @@ def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
     assert "\n" not in message
     for word in words:
         assert word in message, message
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "# Sample Rate: 1,000 Hz",
+        "# fs: 10 000 Hz",
+        "# fs = 10'000",
+        "# fs = 1.000,0 Hz",
+        "# dt: 1,5 ms",
+        "# fs = 2 kSps",
+    ],
+)
+def test_an_unclear_rate_above_the_rows_is_not_used(heading, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text([heading, "u,y"], [f"{k / 8},{k}" for k in range(9)]))
+    with pytest.raises(InputError, match="must include a time"):
+        read(path)
+
+
+def test_a_named_time_is_no_signal_if_the_rate_is_given(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text(["stamp;u"], [f"{k};1" for k in range(9)]))
+    assert not read(path, time="stamp", rate=100.0).has_output
+
+
+def test_a_temperature_is_no_time(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(text(["t [s],u,y,T [degC]"], [f"{k},1,{k},20" for k in range(9)]))
+    assert "time 't [s]' in s" in read(path).read_as
+
+
+def test_the_first_record_shows_the_unit_of_the_time(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{run},{k * 0.5},1,{k}" for run in (1, 2) for k in range(9)]
+    path.write_bytes(text(["# fs: 2 kHz", "run,t,u,y"], rows))
+    assert read(path, record="run").h == pytest.approx(1 / 2000)
 
 
 def test_a_packed_mat_file_is_read_within_the_limit(tmp_path):

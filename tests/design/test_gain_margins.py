@@ -55,7 +55,7 @@ def test_margins_of_the_internal_model_are_those_of_its_equations() -> None:
 def test_a_conditionally_stable_loop_is_named_in_words() -> None:
     run = CliRunner().invoke(main, ["margins", str(ROOT / "internal_model"), "--case", "sine_10"])
     assert (
-        "conditionally stable, and unstable if the gain decreases by more than 'gain down': internal_model"
+        "conditionally stable, that is, unstable if the gain decreases by more than 'gain down': internal_model"
         in run.output
     )
     assert "-10.5" in run.output

@@ -17,7 +17,7 @@ from hystfmu.cli import main
 
 ROOT = Path(__file__).parents[2]
 KIND = "prandtl_ishlinskii"
-STAYS = "exists with other content. Name another file, or replace it with --force."
+STAYS = "exists with different content. Name another file, or replace it with --force."
 # words of a command, a file that it writes, whether its content is the same each time (else it states times)
 WRITERS = {
     "fit": (f"fit a.csv --model {KIND} --set N=5 -o out/m.toml", "m.toml", True),

@@ -253,8 +253,8 @@ def test_refusals_name_the_covariate(model, data):
             call()
 
 
-def test_fit_and_predict_on_the_command_line(data, tmp_path):
-    """Fit names the columns; predict finds them by the names in the model, whatever their order."""
+def test_fit_predict_and_check_on_the_command_line(data, tmp_path):
+    """Fit names the columns; predict and check find them by the names in the model, whatever their order."""
     csv, out, predicted = (str(tmp_path / name) for name in ("d.csv", "m.model.toml", "p.csv"))
     data.to_csv(csv)
     run = CliRunner()
@@ -273,3 +273,8 @@ def test_fit_and_predict_on_the_command_line(data, tmp_path):
     named = ["--covariate", "load", "--covariate", "oven"]
     renamed = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted, "--json", *named, "--force"])
     assert json.loads(renamed.stdout)["errors"] == done["errors"]
+    checked = [
+        run.invoke(main, ["check", out, str(file), "--json", *w])
+        for file, w in ((csv, []), (tmp_path / "e.csv", named))
+    ]
+    assert [json.loads(c.stdout)["rms"] for c in checked] == [pytest.approx(told["rms"], rel=1e-9)] * 2

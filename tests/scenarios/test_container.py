@@ -15,7 +15,9 @@ import tomli_w
 from click.testing import CliRunner
 from drawn_unit import Variable, drawn_fmu
 from engines import boxed, ready
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmu_slave import Slave
 
 from hystfmu.cli import main
 from hystfmu.fmu.write.export import export_fmu
@@ -382,6 +384,50 @@ def test_every_type_of_fmi_3_has_the_bits_of_the_run(write: Any, tmp_path: Path)
     for kind in NUMBERS:
         assert got[f"x.o_{kind}"].tobytes() == ours[f"x.o_{kind}"].tobytes(), kind
         assert np.ptp(got[f"x.o_{kind}"]) > 0, kind
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_the_end_reaches_the_units(write: Any, tmp_path: Path, fmi: int) -> None:
+    folder = typed(write, fmi)
+    words = {"Integer": "Int32"} if fmi == 3 else {}
+    drawn_fmu(folder / "x.fmu", fmi, [replace(v, type=words.get(v.type, v.type)) for v in VARIABLES], last=-1)
+    written(folder, tmp_path / "box.fmu")
+    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
+    slave.start()
+    for _ in range(2):
+        assert slave.fmu.dll.fmi2Terminate(slave.fmu.component) == 3
+    slave.fmu.freeInstance()
+
+
+def test_a_clock_that_adds_its_steps_is_followed(write: Any, tmp_path: Path) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
+    slave.start()
+    t, h = 0.0, 1e-3 * (1 + 5e-4)  # as far from the step as after many additions
+    for _ in range(8):
+        slave.fmu.doStep(t, h)
+        t += h
+    with pytest.raises(FMICallException):
+        slave.fmu.doStep(t + 2e-6, h)
+    slave.free()
+
+
+@pytest.mark.parametrize("limit", ["needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess"])
+def test_a_limit_of_a_unit_is_one_of_the_container(write: Any, tmp_path: Path, limit: str) -> None:
+    folder = typed(write)
+    with zipfile.ZipFile(folder / "x.fmu") as old:
+        files = {n: old.read(n) for n in old.namelist()}
+    files["modelDescription.xml"] = files["modelDescription.xml"].replace(
+        b"<CoSimulation", f'<CoSimulation {limit}="true"'.encode()
+    )
+    with zipfile.ZipFile(folder / "x.fmu", "w") as new:
+        for name, content in files.items():
+            new.writestr(name, content)
+    written(folder, tmp_path / "box.fmu")
+    told = fmpy.read_model_description(str(tmp_path / "box.fmu")).coSimulation
+    assert (told.needsExecutionTool, told.canBeInstantiatedOnlyOncePerProcess) == tuple(
+        limit == x for x in ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess")
+    )
 
 
 # function of FMI 2.0 with its arguments -> phases in which it is allowed; made, initializing, stepping, ended

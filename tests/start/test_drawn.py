@@ -19,12 +19,16 @@ from start.devices.loop import Controller, case_of, cases_of
 import hystfmu as hy
 from hystfmu import Graph, Input, Node, Output
 from hystfmu.base.arrays import Array
+from hystfmu.design.feedforward import preview
 from hystfmu.design.plants import Plant
 from hystfmu.scenario.loop.table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import FINE, device, plant_model, reach, reference_frequency
 from hystfmu.start.excitation import DRAWS, _path, excitation, information
-from hystfmu.start.requirements import Requirements
+from hystfmu.start.loop import LoopPlan
+from hystfmu.start.promise import HARMONICS, Misfit
+from hystfmu.start.references import references
+from hystfmu.start.requirements import Requirements, Wanted
 from hystfmu.start.run import drawn
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
@@ -96,6 +100,33 @@ def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
     held = np.column_stack([np.repeat(command, FINE), np.zeros(60 * FINE)])
     y = plant.graph.run(np.vstack([np.zeros((1, 2)), held]), H / FINE)[1:]
     assert y == pytest.approx(truth(command, 2 * np.pi * f, zeta, late), abs=1e-9)
+
+
+def plan(delay: int, wanted: Wanted) -> LoopPlan:
+    """Return the loop of a static device with a reference, a delay for computing, and neither noise nor misfit."""
+    model = hy.Model("device", hy.blocks.PrandtlIshlinskii(**PLAYS).graph, H, provenance={"span_u": [0.0, 100.0]})
+    found = replace(device(model, hy.Dataset(H * K[:40], U[:40], model.predict(U[:40]))), noise=0.0)
+    missed = Misfit(np.zeros(len(HARMONICS)), found.plant, H)
+    asked = Requirements(delay=delay)
+    return LoopPlan(found, preview(found.plant, H), missed, references(found, (wanted,)), asked, "device")
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_a_later_device_is_one_step_later_than_the_design(delay: int) -> None:
+    loop = plan(delay, Wanted("sine")).scenario(None, {})
+    first, late = (loop.run(case, engine="native").trace for case in ("sine", "two_steps"))
+    assert first is not None
+    assert late is not None
+    y = [trace["plant.y"] for trace in (first, late)]
+    assert np.array_equal(y[1][50 + FINE :], y[0][50:-FINE])
+
+
+def test_a_reference_is_read_from_a_file(tmp_path: Path) -> None:
+    r = 30 + 5 * np.sin(0.02 * np.arange(400))
+    (tmp_path / "r.csv").write_text("t [ms],r\n" + "\n".join(f"{2 * k},{v!r}" for k, v in enumerate(r.tolist())))
+    (tried,) = plan(1, Wanted.of(str(tmp_path / "r.csv"))).tried
+    assert (tried.offset, tried.amplitude) == pytest.approx((30.0, 5.0), rel=1e-3)
+    assert tried.stop == pytest.approx(0.799)
 
 
 # ---- light stage -----------------------------------------------------------------------------------------------------

@@ -335,11 +335,11 @@ FREE = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, None, None),)
         (Summary(8, 2, 1, 3, None, FREE, ()), "8 draws without limits; 1 is unstable; 3 could not be run."),
         (
             Summary(8, 2, 2, 0, None, LIMITED, ()),
-            "2 of 8 draws are inside the limits (25 %); 2 are unstable.",
+            "2 of 8 runs are inside the limits (25 %); 2 are unstable.",
         ),
         (
             Summary(8, 2, 0, 1, (0.0312, 0.651), LIMITED + FREE, ()),
-            "2 of 8 draws are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "
+            "2 of 8 runs are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "
             "unstable; 1 could not be run.",
         ),
     ],

@@ -84,7 +84,7 @@ def test_the_share_is_that_of_the_closed_form_and_the_worst_draw_runs_again(
     assert hy.study(write(**DRAWS), tmp_path / "out", workers=1).ran == 0  # the seed is kept with the table
     assert hy.study(write(**DRAWS), tmp_path / "other", workers=1).seed != outcome.seed
     sections = json.loads((tmp_path / "out" / "report.json").read_text())["sections"]
-    assert sections[0]["text"].startswith(f"{good} of 40 draws are inside the limits")
+    assert sections[0]["text"].startswith(f"{good} of 40 runs are inside the limits")
     case = next(s for s in sections if s["title"] == "Case one")
     index, command, settings = case["tables"][-1]["rows"][0]
     last = max(row["metrics"]["last"] for row in outcome.rows if row["case"] == "one")
@@ -113,7 +113,7 @@ def test_a_draw_that_loses_its_reference_is_counted_as_unstable(write: Any, tmp_
     result = CliRunner().invoke(
         main, ["study", str(write(of_scenario={"metrics": metrics}, **study)), "-o", str(tmp_path / "out")]
     )
-    assert "1 of 2 draws are inside the limits (50 %); 1 is unstable." in result.output
+    assert "1 of 2 runs are inside the limits (50 %); 1 is unstable." in result.output
 
 
 def test_second_order_dynamics_follow_their_frequency_and_damping(tmp_path: Path) -> None:

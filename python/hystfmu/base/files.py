@@ -94,7 +94,7 @@ def refuse_existing(*paths: str | Path) -> None:
 
 def refusal(path: str | Path) -> InputError:
     """Return the error for a file that must not be replaced."""
-    return InputError(f"{path}: exists with other content. Name another file, or replace it with --force.")
+    return InputError(f"{path}: exists with different content. Name another file, or replace it with --force.")
 
 
 @contextmanager
@@ -345,7 +345,7 @@ def check_format(data: dict[str, Any], present: int, path: str | Path, required:
     """
     found = data.get("format", None if required else present)
     if found is None or (isinstance(found, int) and found != present):
-        got, remedy = f"{found} of an older version", "make the file anew with this version"
+        got, remedy = f"{found} of an older version", "create the file again with this version"
         if found is None:
             got = "none, as in older versions"
         elif found > present:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -183,12 +184,13 @@ def _tell(made: Repetitive | Controller, lines: list[str], facts: dict[str, Any]
     passed = results.passed and not broken
     cases = [_facts(r, made.before[r.case]) for r in results]
     say("\n".join(lines) + "\n")
-    head = ["case", "metric", "before", "after", "asked", "verdict"]
+    head = ["case", "metric", "before", "after", "limit", "verdict"]
     say(table(head, [[v if isinstance(v, str) else _number(v) for v in case.values()] for case in cases]))
     for line in broken:
         say(line)
     wrong([*(line for r in results for line in r.failures()), *broken])
-    say(f"wrote {into}: hystfmu run {into}; hystfmu margins {into}")
+    name = shlex.quote(str(into))
+    say(f"wrote {into}: hystfmu run {name}; hystfmu margins {name}")
     answer(facts | {"passed": passed, "cases": cases, "broken": broken, "path": str(into)}, passed)
 
 

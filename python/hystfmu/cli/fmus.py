@@ -147,7 +147,7 @@ def export(
             say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
         for line in actuator_told(loaded, data):
             say(line)
-        say(f"library path of HystFMU, which it uses: {shipped_library()}")
+        say(f"the package needs the library HystFMU in {shipped_library()}")
     if how["path"] is not None:
         _wrote(loaded.export(**how | {"name": how["name"] or own}), how)
 
@@ -155,7 +155,7 @@ def export(
 def _stepped(model: hy.Model, step: float) -> hy.Model:
     """Return a model that had no sample period with the sample period `step` (s)."""
     if model.step is not None:
-        raise InputError(f"--step must be left out: the model was identified with a step of {model.step:g} s")
+        raise InputError(f"--step must not be given: the model has a step of {model.step:g} s")
     if not 0 < step < float("inf"):
         raise InputError(f"--step must be a number of seconds above 0. Got {step:g} instead.")
     return replace(model, step=step)
@@ -164,7 +164,7 @@ def _stepped(model: hy.Model, step: float) -> hy.Model:
 def _wrote(path: Path, how: Mapping[str, Any]) -> None:
     say(f"wrote {path}: FMI {how['fmi']}.0, {path.stat().st_size // 1024} kB")
     if how["source"]:
-        say(f"its source is one C99 file; it needs fmi{how['fmi']}Functions.h of the FMI standard and the C library")
+        say(f"the C source is one C99 file; it needs fmi{how['fmi']}Functions.h of the FMI standard and the C library")
 
 
 def _controller(scenario: str, case: str | None, target: str | None, how: Mapping[str, Any]) -> None:
@@ -183,11 +183,11 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
     if how["path"] is not None:
         made = controller(chosen)
         _wrote(export_fmu(made.model, **how), how)
-    say(f"in it: {', '.join(made.units)}; left out: {', '.join(made.left_out)}")
+    say(f"included units: {', '.join(made.units)}; omitted units: {', '.join(made.left_out)}")
     ports = [p for p in made.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]
-    say(table(["port", "", "measured in", "meaning"], rows))
-    say(f"one step for each sample, every {made.model.step:g} s")
+    say(table(["port", "", "unit of measure", "meaning"], rows))
+    say(f"sample time: {made.model.step:g} s")
 
 
 def _block(name: str, values: Mapping[str, Any]) -> Block:
@@ -245,20 +245,20 @@ def ssp(
     case = Cases(found([scenario])[0]).named(name)
     if out.endswith(".fmu"):
         path = write_loop(case, out, fmi)
-        say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
+        say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one FMU, step {case.step:g} s")
         return
     written = write_ssp(case, out, version, fmi=fmi, **how)
     made = f"{len(case.units)} units in {written.components} component{'s' if written.components > 1 else ''}"
     say(f"{out}: SSP {version}, case {case.name}, {made}, step {case.step:g} s")
     listed = ", ".join(f"{name} {value:.2g} %" for name, value in written.differences.items())
-    say(f"largest difference to the scenario, of its span: {listed}")
+    say(f"largest difference from the scenario, in percent of the span: {listed}")
     if max(written.differences.values()) > 1e-6:
         late = "values reach other components one step late; " if written.components > 1 else ""
-        say(f"its reason: {late}readers know no events inside a step and no finer steps")
+        say(f"reason: {late}other importers have no events within a step and no finer steps")
     if worse := [f"{name} differs by {x:.2g} %" for name, x in written.differences.items() if not x <= tolerance]:
         echo(
             f"{out}: does not reproduce the scenario within {tolerance:g} % of the span: {', '.join(worse)};"
-            " the file is kept, for a master that couples better"
+            " the command has written the file in spite of this"
         )
         answer(None, False)
 

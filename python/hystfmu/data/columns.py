@@ -192,7 +192,7 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
     n = int(np.argmax(error)) + 1
     raise InputError(
         f"{place(n)}: The time must increase in equal steps (to 1e-6 of the step, or to the digits printed). "
-        f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample on request (--resample)."
+        f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample the record (--resample)."
     )
 
 

@@ -167,9 +167,11 @@ def drift(e: Array) -> tuple[float, float]:
     Returns
     -------
     total, error : float
-        Drift and standard error, in the unit of measure of e.
+        Drift and standard error, in the unit of measure of e. For fewer than 6 rows, they are 0 and infinite.
     """
     n = min(CHUNKS, len(e) // 2)
+    if n < 3:  # no residuals of the straight line
+        return 0.0, np.inf
     means = np.array([part.mean() for part in np.array_split(e, n)])
     t = (np.arange(n) + 0.5) / n - 0.5
     slope = float(t @ means) / float(t @ t)

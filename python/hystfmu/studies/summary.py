@@ -76,7 +76,7 @@ class Summary:
         failed = f"; {self.failed} could not be run" if self.failed else ""
         if all(s.limit is None for s in self.spreads):
             return f"{self.draws} draws without limits; {unstable} unstable{failed}."
-        share = f"{self.inside} of {self.draws} draws are inside the limits ({100 * self.inside / self.draws:.3g} %"
+        share = f"{self.inside} of {self.draws} runs are inside the limits ({100 * self.inside / self.draws:.3g} %"
         if self.interval is not None:
             lo, hi = self.interval
             share += f"; 95 % interval {100 * lo:.3g} to {100 * hi:.3g} %, Clopper-Pearson"

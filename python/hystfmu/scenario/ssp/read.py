@@ -24,6 +24,7 @@ from hystfmu.base import Array, InputError, meant
 from hystfmu.fmu.archive import unpacked
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file
+from hystfmu.scenario.ssp.measures import Measure, converts, declared, not_converted
 from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD, SSV, connections
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.foreign import Foreign
@@ -32,6 +33,7 @@ from hystfmu.scenario.system.system import System, build
 
 UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two are raised for an unknown encoding
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_SET = "application/x-ssp-parameter-set"
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _Given = tuple[Any, str]  # a value and its unit of measure
 MOST_STEPS = 100_000_000
@@ -40,11 +42,15 @@ TOLERANCE = 1e-9  # allowed difference over the largest value of a signal, becau
 
 @dataclass(frozen=True)
 class Ssp:
-    """The case of an archive, and its reference result (first column `t`, one column for each signal) or None."""
+    """The case of an archive, and its reference result (first column `t`, one column for each signal) or None.
+
+    `open_ends` contains the connections whose units of measure the FMUs state, see `connections`.
+    """
 
     case: Case
     signals: tuple[str, ...]
     reference: Array | None
+    open_ends: Mapping[str, tuple[Measure, Measure]]
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
@@ -61,7 +67,7 @@ def read_ssp(path: str | Path, step: float | None = None, stop: float | None = N
         raise InputError(f"{path}: SystemStructure.ssd: must begin with SystemStructureDescription; got {root.tag}")
     reader = _Reader(Path(path), folder, root)
     case = reader.case(step, stop)
-    return Ssp(case, *_reference(folder / REFERENCE))
+    return Ssp(case, *_reference(folder / REFERENCE), reader.open_ends)
 
 
 class _Reader:
@@ -77,9 +83,9 @@ class _Reader:
 
     def case(self, step: float | None, stop: float | None) -> Case:
         units = self._units()
-        wired = connections(self._root, self._system, set(units), self._wrong)
+        wired, self.open_ends = connections(self._root, self._system, set(units), self._wrong)
         for end in wired:  # the start value of a connected input has no effect
-            unit, name = end.split(".")
+            unit, _, name = end.partition(".")  # the name of a connector may contain dots
             units[unit].inputs.pop(name, None)
         experiment = self._root.find(f"{{{SSD}}}DefaultExperiment")
         facts = dict(experiment.attrib) if experiment is not None else {}
@@ -139,6 +145,9 @@ class _Reader:
         units = {}
         elements = self._system.find(f"{{{SSD}}}Elements")
         shared = self._parameters(self._system)
+        outside = {c.get("name", "") for c in self._system.iterfind(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")}
+        if told := sorted(outside & shared.keys()):
+            raise self._wrong(f"{told[0]}: a connector of the system cannot have a value: give it to a component")
         for e in elements if elements is not None else ():
             name = e.get("name", "")
             if e.tag != f"{{{SSD}}}Component":
@@ -149,8 +158,8 @@ class _Reader:
                 raise self._wrong(f"{name}: must be an FMU; got the type {e.get('type')!r}")
             if e.get("implementation") == "ScheduledExecution":
                 raise self._wrong(f"{name}: Scheduled Execution is not supported")
-            given = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
-            given |= self._parameters(e)
+            given = self._parameters(e)  # those of the system replace them (SSP 1.0, schema of ParameterBinding)
+            given |= {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
             place = self._place(name, e.get("source", ""))
             constants, values = self._divided(name, place, given)
             units[name] = UnitSpec.model_validate({"fmu": place, "inputs": constants, "set": values})
@@ -190,9 +199,16 @@ class _Reader:
         for b in bindings if bindings is not None else ():
             if b.find(f"{{{SSD}}}ParameterMapping") is not None:
                 raise self._wrong("parameter mappings (SSM) are not supported")
+            if (kind := b.get("type", _SET)) != _SET:
+                raise self._wrong(f"a parameter binding must have the type {_SET}; got {kind!r}")
             prefix, source = b.get("prefix", ""), b.get("source")
-            if source is not None:
-                found |= self._parameter_set(self._read(source), source, prefix)
+            if source:  # inline values may come with an empty one
+                if b.get("sourceBase", "SSD") != "SSD":
+                    raise self._wrong(f"{source}: sourceBase must be SSD; got {b.get('sourceBase')!r}")
+                root = self._read(source)
+                if root.tag != f"{{{SSV}}}ParameterSet":
+                    raise self._wrong(f"{source}: must begin with ParameterSet; got {root.tag}")
+                found |= self._parameter_set(root, source, prefix)
             for inline in b.iter(f"{{{SSV}}}ParameterSet"):
                 found |= self._parameter_set(inline, "ParameterValues", prefix)
         return found
@@ -209,7 +225,7 @@ class _Reader:
     def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, _Given]:
         found: dict[str, _Given] = {}
         for p in root.iter(f"{{{SSV}}}Parameter"):
-            for kind in p:
+            for kind in (x for x in p if not x.tag.endswith("}Annotations")):
                 word, text = kind.tag.rpartition("}")[2], kind.get("value", "")
                 if word == "String":
                     value: Any = text
@@ -286,7 +302,7 @@ def _prepared(
     return ssp, replace(ssp.case, coupling=scheme, overrides=dict(settings)), None
 
 
-def _built(path: str | Path, case: Case) -> System:
+def _built(path: str | Path, case: Case, open_ends: Mapping[str, tuple[Measure, Measure]]) -> System:
     """Build the case. Error messages contain the paths of files in the archive."""
     try:
         system = build(case)
@@ -295,7 +311,24 @@ def _built(path: str | Path, case: Case) -> System:
     if unknown := next((name for name in case.overrides if name not in system.overridden), None):
         names = sorted(system.parameters)
         raise InputError(f"{path}: --set {unknown}: No component has this parameter.{meant(unknown, names)}")
+    own = _own_measures(system) if open_ends else {}
+    for to, (one, other) in open_ends.items():
+        of = case.connections[to]
+        one, other = one or own[of], other or own[to]
+        if one is not None and other is not None and converts(one, other):
+            raise InputError(f"{path}: SystemStructure.ssd: {not_converted(of, one, to, other)}")
     return system
+
+
+def _own_measures(system: System) -> dict[str, Measure]:
+    """Return the unit of measure of each input and output `component.variable`, as its FMU states it."""
+    found: dict[str, Measure] = {}
+    for part in system.foreign:
+        assert isinstance(part.graph, Foreign)
+        for p in part.graph.ports:
+            measure = declared(part.graph.description, p.variable)
+            found |= {f"{part.name}.{name}": measure for name in p.scalar_names}
+    return found
 
 
 def _held_against(
@@ -343,7 +376,7 @@ def run_ssp(
     is called with the completed fraction. `settings` override parameters, ``{"component.parameter": value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
-    system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)
+    system, run = _built(path, case, ssp.open_ends), Run(engine, coupling, seconds, confined=confined)
     begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
         with ExitStack() as stack:
