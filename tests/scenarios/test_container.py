@@ -430,6 +430,16 @@ def test_a_limit_of_a_unit_is_one_of_the_container(write: Any, tmp_path: Path, l
     )
 
 
+def test_files_of_a_unit_keep_their_names(write: Any, tmp_path: Path) -> None:
+    folder = typed(write)
+    with zipfile.ZipFile(folder / "x.fmu", "a") as archive:
+        archive.writestr("resources/Größe.csv", "1")
+    written(folder, tmp_path / "box.fmu")
+    with zipfile.ZipFile(tmp_path / "box.fmu") as archive:
+        assert archive.read("resources/units/x/resources/Größe.csv") == b"1"
+        assert {i.flag_bits for i in archive.infolist() if i.filename.isascii()} == {0}
+
+
 # function of FMI 2.0 with its arguments -> phases in which it is allowed; made, initializing, stepping, ended
 PHASES = {
     ("fmi2SetupExperiment", 0, 0.0, 0.0, 0, 0.0): "made",

@@ -187,6 +187,6 @@ def drifts(e: Array, span: float) -> list[str]:
     if abs(percent) < SAID or abs(total) < SURE * error:
         return []
     return [
-        f"the output drifts by {percent:+.2g} % of its span or more over the train rows, which no model of the input "
-        "represents; remove the drift from the data, or train on fewer rows"
+        f"the output drifts by {percent:+.2g} % of its span or more over the training rows, which no model of the "
+        "input represents; remove the drift from the data, or train on fewer rows"
     ]

@@ -36,7 +36,7 @@ from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, 
 from hystfmu.identify.features.bent_sum import LEVELS, Following
 from hystfmu.identify.features.plays import u0_option
 
-TEXT = "plays, stops or relays, bend, creep, G0(s) with delay: the parts that validation blocks support"
+TEXT = "plays, stops or relays, static nonlinearity, creep, G0(s) with delay; validation blocks select the parts"
 FIRST = 3  # the first search of the dynamics uses every third row
 DEGREES = (1, 3, 5, 8)  # degrees of the nonlinearity, tried one after the other
 LAGS = 6  # maximum number of lags, if their time constants are one decade apart
@@ -53,11 +53,29 @@ POOR = 0.05  # error of plays and stops (share of the span) above which relays a
 CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays"),
-    Option("operator", None, choices=(PLAYS, STOPS, RELAYS), text="hysteresis operator; default: by validation blocks"),
-    Option("bend", None, 1, 20, text="degree of the static nonlinearity, 1 for none; default: by validation blocks"),
-    Option("creep", None, choices=("yes", "no"), text="whether there is creep; default: by validation blocks"),
-    Option("dynamics", None, choices=("yes", "no"), text="whether there is G0(s); default: by validation blocks"),
-    Option("covariates", None, choices=LEVELS[1:], text="what covariates change; default: by validation blocks"),
+    Option(
+        "operator",
+        None,
+        choices=(PLAYS, STOPS, RELAYS),
+        text="hysteresis operator; default: selected on validation blocks",
+    ),
+    Option(
+        "bend",
+        None,
+        1,
+        20,
+        text="degree of the static nonlinearity, 1 for none; default: selected on validation blocks",
+    ),
+    Option("creep", None, choices=("yes", "no"), text="whether there is creep; default: selected on validation blocks"),
+    Option(
+        "dynamics", None, choices=("yes", "no"), text="whether there is G0(s); default: selected on validation blocks"
+    ),
+    Option(
+        "covariates",
+        None,
+        choices=LEVELS[1:],
+        text="part that covariates change; default: selected on validation blocks",
+    ),
     Option("w0_min", 1e-3, 0.0, 1.0, text="least weight of the linear term, relative to the sum of all weights"),
     u0_option("every play rests"),
     *DYNAMICS_OPTIONS,
@@ -267,9 +285,10 @@ def _moved_again(f: Fitting, crept: Trial) -> Trial:
 
 def _named(parts: Parts, data: Dataset) -> str:
     words = [parts.operator]
-    words += [f"bend of degree {parts.degree}"] if parts.degree > 1 else []
+    words += [f"static nonlinearity of degree {parts.degree}"] if parts.degree > 1 else []
     for name, level in zip(data.covariates.names, parts.levels, strict=True):
-        words += [] if level == "none" else [f"{level} that follows {name}"]
+        varied = "static nonlinearity" if level == "bend" else level
+        words += [] if level == "none" else [f"{varied} that follows {name}"]
     words += [f"{'back-relaxation' if parts.signed else 'creep'} with {len(parts.T)} lags"] if parts.T else []
     modes = f" of {1 + len(parts.g.beside)} modes" if parts.g and parts.g.beside else ""
     return ", ".join([*words, *([f"G0(s){modes} with delay"] if parts.g else [])])
