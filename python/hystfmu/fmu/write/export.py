@@ -82,8 +82,8 @@ def export_fmu(
     Raises
     ------
     InputError
-        The version, the name or the stop time is invalid, FMI defines no folder for this platform, binaries of all platforms are
-        requested but not installed, or the file cannot be written.
+        The version, the name or the stop time is invalid, FMI defines no folder for this platform, binaries of all
+        platforms are requested but not installed, or the file cannot be written.
     """
     if fmi not in (2, 3):
         raise InputError(f"The FMI version must be 2 or 3. Got {fmi} instead.")
