@@ -395,6 +395,38 @@ def test_the_end_reaches_the_units(write: Any, tmp_path: Path, fmi: int) -> None
     slave.fmu.freeInstance()
 
 
+def test_outputs_are_known_in_initialization_mode(write: Any, tmp_path: Path) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
+    reference, found = slave.variables["x_k"].valueReference, []
+    slave.fmu.setupExperiment(startTime=0.0)
+    for call in (slave.fmu.enterInitializationMode, slave.fmu.exitInitializationMode):
+        call()
+        found += slave.fmu.getInteger([reference])
+    assert found[0] == found[1] != 0
+    slave.free()
+
+
+def test_no_step_ends_after_the_stop_time(write: Any, tmp_path: Path) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
+    with pytest.raises(FMICallException):
+        slave.fmu.setupExperiment(startTime=0.0, stopTime=-1.0)
+    slave.fmu.setupExperiment(startTime=0.0, stopTime=2e-3)
+    slave.fmu.enterInitializationMode()
+    slave.fmu.exitInitializationMode()
+    slave.fmu.doStep(0.0, 1e-3)
+    with pytest.raises(FMICallException):
+        slave.fmu.doStep(1e-3, 2e-3)
+    slave.fmu.doStep(1e-3, 1e-3)
+    with pytest.raises(FMICallException):
+        slave.fmu.doStep(2e-3, 1e-3)
+    slave.fmu.reset()
+    slave.start()
+    slave.fmu.doStep(0.0, 3e-3)
+    slave.free()
+
+
 def test_a_clock_that_adds_its_steps_is_followed(write: Any, tmp_path: Path) -> None:
     written(typed(write), tmp_path / "box.fmu")
     slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
@@ -424,6 +456,16 @@ def test_a_limit_of_a_unit_is_one_of_the_container(write: Any, tmp_path: Path, l
     assert (told.needsExecutionTool, told.canBeInstantiatedOnlyOncePerProcess) == tuple(
         limit == x for x in ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess")
     )
+
+
+def test_files_of_a_unit_keep_their_names(write: Any, tmp_path: Path) -> None:
+    folder = typed(write)
+    with zipfile.ZipFile(folder / "x.fmu", "a") as archive:
+        archive.writestr("resources/Größe.csv", "1")
+    written(folder, tmp_path / "box.fmu")
+    with zipfile.ZipFile(tmp_path / "box.fmu") as archive:
+        assert archive.read("resources/units/x/resources/Größe.csv") == b"1"
+        assert {i.flag_bits for i in archive.infolist() if i.filename.isascii()} == {0}
 
 
 # function of FMI 2.0 with its arguments -> phases in which it is allowed; made, initializing, stepping, ended
