@@ -146,7 +146,9 @@ def test_dynamics_without_static_gain_are_refused() -> None:
     high_pass = Node("g0", "transfer_function", {}, {"b": [1.0, 0.0], "a": [1.0, 100.0]})
     nodes = [n if n.name != "g0" else high_pass for n in model.graph.nodes]
     graph = Graph(nodes, model.graph.wires, model.graph.inputs, model.graph.outputs)
-    with pytest.raises(InputError, match=r"dynamics of .* must have an inverse .* at most 8 samples .* Got an error above"):
+    with pytest.raises(
+        InputError, match=r"dynamics of .* must have an inverse .* at most 8 samples .* Got an error above"
+    ):
         inverse(Model("high_pass", graph, 1e-4))
 
 
