@@ -180,7 +180,7 @@ def test_jitter_is_refused_and_accumulated_rounding_is_not(tmp_path):
 
 @pytest.mark.parametrize("train", ["0:13", "5:5", "9:5", "x:y", "3", (-1, 5), slice(0, 10, 2), "2:4"])
 def test_train_rows_outside_the_data(tmp_path, train):
-    refused(write(tmp_path / "u.csv", rows()), "The train rows must", "Got", train=train)
+    refused(write(tmp_path / "u.csv", rows()), "The training rows must", "Got", train=train)
 
 
 def test_train_rows_with_open_ends():

@@ -84,6 +84,16 @@ def in_group(file):
     file.create_dataset("run/fs", data=[2000.0])
 
 
+def with_step_of_a_group(file):
+    """No time; a text stands between the channels; the names of the channels are those of their groups."""
+    rig = file.create_group("rig")
+    rig.attrs["sample rate"] = 2000.0
+    for name, column, unit in (("Drive", U, "V"), ("Note", None, ""), ("Travel", Y, "µm")):
+        where = rig.create_group(name)
+        item = where.create_dataset("data", data="warm" if column is None else column)
+        item.attrs["units"] = unit
+
+
 def as_matlab_7_3(file):
     for name, column in (("time_ms", T * 1e3), ("u", U), ("y", Y)):
         file.create_dataset(name, data=column[None])
@@ -164,6 +174,7 @@ VARIANTS = {
     }),
     "MAT, float32": ("a.mat", mat(t=T.astype(np.float32), u_V=U, y_um=Y), {}),
     "HDF5 with units": ("a.h5", lambda: hdf5(in_group), {}),
+    "HDF5 with the rate of a group": ("a.h5", lambda: hdf5(with_step_of_a_group), {}),
     "MAT 7.3": ("a.mat", mat_7_3, {}),
 }  # fmt: skip
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
@@ -200,6 +211,18 @@ def test_units_of_measure_go_on_to_the_ports_of_an_fmu(tmp_path):
     for unit, factor in (("mV", "0.001"), ("pm", "1e-12")):
         assert re.search(rf'<Unit name="{unit}">\s*<BaseUnit [^>]*factor="{factor}"', description)
         assert f'unit="{unit}"' in description
+
+
+def test_the_end_of_summer_time_is_no_step_back(tmp_path):
+    path = tmp_path / "a.csv"
+    hours = ["02:59:58+02:00", "02:59:59+02:00", "02:00:00+01:00", "02:00:01+01:00"]
+    path.write_text("time,u,y\n" + "".join(f"2026-10-25T{h},{k},{k % 3}\n" for k, h in enumerate(hours)))
+    assert read(path).t.tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_each_number_that_is_no_column_is_named(tmp_path):
+    (tmp_path / "a.mat").write_bytes(mat(t=T, u=U, y=Y, gain=3.0, stage=7.0))
+    assert "left out gain, stage" in read(tmp_path / "a.mat").read_as
 
 
 def test_one_line_says_what_was_assumed(tmp_path):

@@ -87,7 +87,9 @@ def actuator():
 
 
 def test_the_actuator_finds_what_follows_each_covariate(actuator):
-    assert actuator.fit["parts"].startswith("plays, bend of degree 3, gain that follows T, offset that follows load")
+    assert actuator.fit["parts"].startswith(
+        "plays, static nonlinearity of degree 3, gain that follows T, offset that follows load"
+    )
     assert actuator.score(scheduled(2))["rms_percent"] < 0.2
     T = scheduled(1).covariates.values[:, 0]
     middle, half = (T.max() + T.min()) / 2, np.ptp(T) / 2  # the gain counts from the middle of the range
@@ -245,7 +247,7 @@ def test_refusals_name_the_covariate(model, data):
         ),
         (
             lambda: fit(Dataset(data.t, data.u, data.y, covariates={"T": 0 * data.u}), KINDS[0]),
-            "The T of the train rows must vary. Got the constant 0",
+            "The T of the training rows must vary. Got the constant 0",
         ),
     )
     for call, words in cases:

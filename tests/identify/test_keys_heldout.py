@@ -42,6 +42,7 @@ ELSEWHERE = {  # dynamics, by another rule or step than the core's in that test
     "duhem_oscillator": ("test_duhem_oscillator", "test_a_plant_of_another_integrator_on_other_signals"),
     "lugre": ("test_friction", "test_a_foreign_device_to_the_noise_of_its_record"),
     "maxwell_slip_oscillator": ("test_friction", "test_a_foreign_device_to_the_noise_of_its_record"),
+    "modified_bouc_wen": ("test_damper", "test_the_numbers_of_a_damper_are_found_in_units_of_measure"),
     "auto": ("test_auto", "test_each_class_of_memory"),
 }
 

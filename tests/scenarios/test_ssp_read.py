@@ -54,6 +54,7 @@ def value(name: str, text: str, word: str = "Real") -> str:
     return f'<v:Parameter name="{name}"><v:{word} value="{text}"/></v:Parameter>'
 
 
+LONG = 300 * "x"  # no file of a system has this name
 EXPERIMENT = '<d:DefaultExperiment stopTime="1.0"/>'
 TWO = component("a") + component("b")
 BOTH = wire("a.y", "b.u") + wire("b.y", "a.u")
@@ -225,6 +226,8 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
         ({"wires": BOTH + wire("b.y", "b.u")}, "b.u is connected twice, with a.y and with b.y"),
         ({"elements": component("a", source="../s.ssp")}, "a: source: must be a file of the archive; got '../s.ssp'"),
         ({"elements": component("a", source="a%20b")}, "a: source: must be a file of the archive; got 'a%20b'"),
+        ({"elements": component("a", source=LONG)}, f"a: source: must be a file of the archive; got '{LONG}'"),
+        ({"shared": bound('source="%00"')}, "%00: embedded null byte"),
         ({"elements": component("a", implementation="ScheduledExecution")}, "a: Scheduled Execution is not supported"),
         (
             {"shared": bound('type="text/csv" source="a.csv"')},
@@ -264,6 +267,14 @@ def test_what_is_not_understood_is_refused_by_name(tmp_path: Path, change: dict[
     with pytest.raises(InputError) as e:
         read(tmp_path, **change)
     assert str(e.value) == f"{tmp_path / 's.ssp'}: SystemStructure.ssd: {said}"
+
+
+def test_an_interface_that_would_not_run_is_refused(tmp_path: Path) -> None:
+    elements = component("a", implementation="ModelExchange") + component("b")
+    with pytest.raises(
+        InputError, match="a: implementation: an FMU with Co-Simulation runs as such; got ModelExchange"
+    ):
+        read(tmp_path, elements=elements, files=two(tmp_path))
 
 
 def test_entities(tmp_path: Path) -> None:
@@ -307,8 +318,9 @@ def test_a_connection_that_converts_units_of_measure(
         read(tmp_path, **told)
 
 
+@pytest.mark.parametrize("own", [b'unit="mm"', b'declaredType="L"'])
 @pytest.mark.parametrize(("unit", "good"), [("um", False), ("mm", True), ("1", True), ("", True)])
-def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool) -> None:
+def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool, own: bytes) -> None:
     graph = Graph.single(Node("gain", "scaling", {}, {"gain": 2.0})).with_step(1e-3)
     with (
         zipfile.ZipFile(export_fmu(graph, tmp_path / "a.fmu")) as old,
@@ -317,8 +329,10 @@ def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good
         for name in old.namelist():  # of any origin: the gain is in mm
             content = old.read(name)
             if name == "modelDescription.xml":
-                content = re.sub(rb'(name="gain".*\s*<Real unit=)"1"', rb'\1"mm"', content)
-                assert b'unit="mm"' in content
+                content = re.sub(rb'(name="gain".*\s*<Real )unit="1"', rb"\1" + own, content)
+                assert own in content
+                length = b'<SimpleType name="L"><Real unit="mm"/></SimpleType>'
+                content = content.replace(b"<LogC", b"<TypeDefinitions>" + length + b"</TypeDefinitions><LogC")
             new.writestr(name, content)
     given = value("gain", "3").replace("/></v:P", f' unit="{unit}"/></v:P')
     told = {"elements": component("a", values(given)), "wires": ""}

@@ -210,6 +210,19 @@ def test_it_stays_within_the_range_and_the_speed_of_the_record(offset: float) ->
     assert np.abs(np.diff(found)).max() <= 1.01 * np.abs(np.diff(u)).max()
 
 
+def test_after_the_rest_follow_tones_that_are_weaker_the_faster_they_are() -> None:
+    u = 50 * np.sin(2 * np.pi * np.arange(1000) / 200)
+    found, _ = excitation(hy.Dataset.from_signal(u, u, H), 1 / (200 * H), 200.0)
+    ends = np.flatnonzero(np.diff(found, prepend=1.0, append=1.0))  # of constant runs
+    longest = np.argmax(np.diff(ends))
+    tones = found[ends[longest + 1] :][: 8 * 200]  # eight loops
+    assert np.abs(np.diff(found)).max() < 2 * np.abs(np.diff(tones)).max()
+    power = np.abs(np.fft.rfft(tones)) ** 2
+    loops = np.arange(len(power)) / 8  # periods in a loop of the record
+    slow, fast, none = (power[(loops >= a) & (loops <= b)].sum() for a, b in [(0.4, 2), (4, 9), (12, 50)])
+    assert 100 * none < fast < slow / 10
+
+
 def test_the_draw_is_the_one_that_tells_most_of_the_model() -> None:
     data = one_sine(relay_device(0.2))
     model = hy.Model("device", hy.blocks.PrandtlIshlinskii(w0=0.5, r=[0.2, 0.7], w=[0.3, 0.2]).graph)

@@ -132,3 +132,11 @@ def test_a_bad_requirement_is_one_line(record: Path, words: list[str], rule: str
     line = [line for line in (out + err).splitlines() if rule in line]
     assert status == 2 or (status == 1 and line[0].startswith("no loop: "))
     assert line, out + err
+
+
+def test_a_bad_reference_in_a_file_is_one_line(record: Path, tmp_path: Path) -> None:
+    (tmp_path / "asked.toml").write_text('reference = ["sine:20", 3]\n')
+    words = ["--requirements", tmp_path / "asked.toml", "-o", tmp_path / "mine"]
+    status, _, err = call("start", record, "--model", "prandtl_ishlinskii", *words)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "The 'reference' must be SHAPE, SHAPE:HZ or a file, or a list of these. Got ['sine:20', 3]" in err

@@ -396,7 +396,7 @@ def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Calla
             rule = text if " Got " in text else f"{text}. Got {repr(error['input'])[:80]} instead."
         parts.append(f"{'.'.join(map(str, loc)) or 'file'}: {rule}")
     more = len(errors) - _MOST_FAULTS
-    return " ".join([*parts, *([f"{more} further keys are wrong."] if more > 0 else [])])
+    return " ".join([*parts, *([f"Further wrong keys: {more}."] if more > 0 else [])])
 
 
 def write_toml(

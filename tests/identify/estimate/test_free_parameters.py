@@ -147,7 +147,7 @@ def test_what_else_is_refused():
         hy.fit(data, made, free={"g0.hold": True})
     with pytest.raises(hy.InputError, match=r"must have one input and an output\. Got sum"):
         hy.fit(data, hy.blocks.Sum())
-    with pytest.raises(hy.InputError, match="u of the train rows must vary"):
+    with pytest.raises(hy.InputError, match="u of the training rows must vary"):
         hy.fit(hy.Dataset(data.t, np.ones(800), data.y), graph(), free=LINEAR)
     with pytest.raises(hy.InputError, match="option of a graph must be one of: starts"):
         hy.fit(data, graph(), free=LINEAR, N=4)

@@ -9,6 +9,7 @@ The result of a run is compared with the reference result in the archive.
 import csv
 import io
 import math
+import os
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
@@ -22,6 +23,7 @@ import numpy as np
 
 from hystfmu.base import Array, InputError, meant
 from hystfmu.fmu.archive import unpacked
+from hystfmu.fmu.foreign.instance import unit_of
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file
 from hystfmu.scenario.ssp.measures import Measure, converts, declared, not_converted
@@ -161,6 +163,8 @@ class _Reader:
             given = self._parameters(e)  # those of the system replace them (SSP 1.0, schema of ParameterBinding)
             given |= {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
             place = self._place(name, e.get("source", ""))
+            if e.get("implementation") == "ModelExchange" and _simulates(self._folder / place):
+                raise self._wrong(f"{name}: implementation: an FMU with Co-Simulation runs as such; got ModelExchange")
             constants, values = self._divided(name, place, given)
             units[name] = UnitSpec.model_validate({"fmu": place, "inputs": constants, "set": values})
         if not units:
@@ -169,9 +173,10 @@ class _Reader:
 
     def _place(self, name: str, source: str) -> str:
         """Return the path of an FMU in the archive. `source` is a URI, in which %20 may replace a space."""
-        inside = source if (self._folder / source).is_file() else unquote(source)
+        # os.path.isfile is also False for a name that no file can have
+        inside = source if os.path.isfile(self._folder / source) else unquote(source)
         file = self._folder / inside
-        if not (file.is_file() and file.resolve().is_relative_to(self._folder.resolve())):
+        if not (os.path.isfile(file) and file.resolve().is_relative_to(self._folder.resolve())):
             raise self._wrong(f"{name}: source: must be a file of the archive; got {source!r}")
         return inside
 
@@ -180,9 +185,9 @@ class _Reader:
         if not given:
             return {}, {}
         foreign = Foreign.load(self._folder / place)
-        own = {v.name: v.unit for v in foreign.description.modelVariables}
+        own = {v.name: unit_of(v) for v in foreign.description.modelVariables}
         for k, (_, unit) in given.items():
-            if not {unit, own.get(k)} & {"", "1", None} and unit != own[k]:
+            if not {unit, own.get(k, "")} & {"", "1"} and unit != own[k]:
                 raise self._wrong(
                     f"{name}: {k} is given in {unit} and is in {own[k]} in the FMU: units of measure are not converted"
                 )
@@ -214,13 +219,15 @@ class _Reader:
         return found
 
     def _read(self, source: str) -> ET.Element:
-        file = (self._folder / unquote(source)).resolve()
-        if not file.is_relative_to(self._folder.resolve()):
-            raise self._wrong(f"{source!r} lies outside the archive")
         try:
-            return ET.parse(file).getroot()
+            file = (self._folder / unquote(source)).resolve()
+            inside = file.is_relative_to(self._folder.resolve())
+            root = ET.parse(file).getroot() if inside else None
         except UNREADABLE as e:
             raise self._wrong(f"{source}: {e}") from None
+        if root is None:
+            raise self._wrong(f"{source!r} lies outside the archive")
+        return root
 
     def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, _Given]:
         found: dict[str, _Given] = {}
@@ -241,6 +248,11 @@ class _Reader:
                     raise self._wrong(f"{source}: {p.get('name')}: a value of type {word} is not read")
                 found[prefix + p.get("name", "")] = value, kind.get("unit", "")
         return found
+
+
+def _simulates(path: Path) -> bool:
+    """Return whether an FMU has Co-Simulation, which then runs, even if it also has Model Exchange."""
+    return Foreign.load(path).description.coSimulation is not None
 
 
 def _reference(file: Path) -> tuple[tuple[str, ...], Array | None]:
