@@ -5,6 +5,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from page_table import table
+
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 RECORDS = {"loops": SCENARIOS / "loops" / "hard.record.toml", "stage": SCENARIOS / "stage" / "hard.record.toml"}
 CASES = {
@@ -72,13 +74,13 @@ def errors(family: str, names: dict[str, str]) -> str:
     """Errors of the hard cases, settling and overshoot of a step, a row for every loop that has a record."""
     found = recorded(family)
     head = ["RMS, % of stroke", *CASES[family].values(), "step: settling, ms", "overshoot, %"]
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    rows = []
     for name, text in names.items():
         if name in found:
             of = found[name]["cases"]
             cells = [f"{of[c]:.2g}" if isfinite(of[c]) else "unstable" for c in CASES[family]]
-            lines.append(f"| {' | '.join([text, *cells, *_step(of, family)])} |")
-    return "\n".join(lines)
+            rows.append([text, *cells, *_step(of, family)])
+    return table(head, rows)
 
 
 def _step(of: dict[str, float], family: str) -> list[str]:
@@ -110,25 +112,21 @@ def ranges(family: str, names: dict[str, str]) -> str:
         *(f"stable: {text}" for text in RANGES.values()),
         "stable difficult devices, %",
     ]
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    rows = []
     for name, text in names.items():
         if name in found:
             of, hard = found[name]["range"], found[name]["hard"]
             share = f"{100 * hard['stable'] / hard['draws']:.1f}"
             stable = [between(k, of[k]) if k in of else "none" for k in RANGES]
-            cells = [breaks(found[name]["breaks"]), *stable, share]
-            lines.append(f"| {' | '.join([text, *cells])} |")
-    return "\n".join(lines)
+            rows.append([text, breaks(found[name]["breaks"]), *stable, share])
+    return table(head, rows)
 
 
 def claims() -> str:
     """Ranges of the recommended loops alone."""
     head = ["recommended loop", *RANGES.values()]
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    for family, name, text in RECOMMENDED:
-        of = recorded(family)[name]["range"]
-        lines.append(f"| {' | '.join([text, *(between(k, of[k]) for k in RANGES)])} |")
-    return "\n".join(lines)
+    found = [(text, recorded(family)[name]["range"]) for family, name, text in RECOMMENDED]
+    return table(head, [[text, *(between(k, of[k]) for k in RANGES)] for text, of in found])
 
 
 def markdown(family: str, names: dict[str, str]) -> str:

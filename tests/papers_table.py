@@ -15,6 +15,8 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scenarios"))
 
+import page_table
+
 from papers.table import Report, Row, verdict
 
 ROOT = Path(__file__).parents[1]
@@ -61,7 +63,7 @@ def _paper(name: str, table: dict[str, Any]) -> str:
         f"`hystfmu reproduce {name} --json` prints this table. {report.answer()}", 118, break_on_hyphens=False
     )
     lines = [f"## {PAPERS[name]}", "", answer, ""]
-    lines += [f"| {' | '.join(COLUMNS)} |", "|" + "---|" * len(COLUMNS), *map(_row, rows), ""]
+    lines += [page_table.table(COLUMNS, map(_cells, rows)), ""]
     if table["drawings"]:
         figures = ", ".join(table["drawings"])
         drawn = f"`hystfmu reproduce {name} --report out` draws these figures of the paper from our data: {figures}."
@@ -75,14 +77,14 @@ def row_of(recorded: dict[str, Any]) -> Row:
     return Row(**{f.name: recorded[f.name] for f in fields(Row) if f.name in recorded})
 
 
-def _row(row: Row) -> str:
+def _cells(row: Row) -> list[str]:
     figures = [
         _figure(row.printed, None),
         _figure(row.literal, row.literal_range),
         _figure(row.ours, row.ours_range),
     ]
     cells = [row.place, row.quantity, *figures, str(row.seeds or ""), verdict(row), row.note]
-    return f"| {' | '.join(c.replace('|', chr(92) + '|') for c in cells)} |"
+    return [c.replace("|", chr(92) + "|") for c in cells]
 
 
 def _figure(value: float | None, ends: Sequence[float] | None) -> str:
@@ -93,12 +95,12 @@ def _figure(value: float | None, ends: Sequence[float] | None) -> str:
 
 def _experiments() -> str:
     """Return the table of the experiments as FMUs, from the baselines."""
-    lines = ["## Experiments with FMUs", "", "| command | case | metrics |", "|---|---|---|"]
+    rows = []
     for file in sorted(SCENARIOS.glob("*/baseline.toml")):
         for case, of in tomllib.loads(file.read_text())["case"].items():
             metrics = ", ".join(f"{name} {value:.3g}" for name, value in of["metrics"].items())
-            lines.append(f"| `hystfmu run scenarios/papers/{file.parent.name} --json` | {case} | {metrics} |")
-    return "\n".join([*lines, ""])
+            rows.append([f"`hystfmu run scenarios/papers/{file.parent.name} --json`", case, metrics])
+    return "\n".join(["## Experiments with FMUs", "", page_table.table(("command", "case", "metrics"), rows), ""])
 
 
 def places(name: str) -> set[str]:

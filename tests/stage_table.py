@@ -5,6 +5,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
+from page_table import table
 from tracking_table import baseline
 
 STAGE = Path(__file__).parents[1] / "scenarios" / "stage"
@@ -94,11 +95,11 @@ def winners(head: list[str], found: dict[str, list[str]]) -> dict[str, list[str]
 def _table(title: str, head: list[str], found: dict[str, list[str]]) -> str:
     """Rows with the best values of every column in bold."""
     best = winners(head, found)
-    lines = [f"| {title} | {' | '.join(head)} |", "|" + "---|" * (len(head) + 1)]
+    rows = []
     for name, texts in found.items():
         cells = [f"**{t}**" if name in best.get(c, ()) else t for c, t in zip(head, texts, strict=True)]
-        lines.append(f"| {' | '.join([CONTROLLERS[name], *cells])} |")
-    return "\n".join(lines)
+        rows.append([CONTROLLERS[name], *cells])
+    return table([title, *head], rows)
 
 
 def wins(head: list[str], found: dict[str, list[str]]) -> str:

@@ -3,6 +3,7 @@
 import textwrap
 import tomllib
 
+from page_table import table
 from tracking_table import BOUC_WEN, CORNERS, LOOPS, SCENARIOS, SIGNALS, baseline
 
 RECORD = SCENARIOS / "loops" / "switching.record.toml"
@@ -23,13 +24,12 @@ def worst(name: str, plant: str, signal: str) -> float:
 def markdown() -> str:
     """Each law, its linear law and the PID, by plant and signal."""
     columns = [(p, s) for p in PLANTS for s in SIGNALS]
-    lines = [f"| worst corner, % of stroke | {' | '.join(f'{PLANTS[p][1]}, {SIGNALS[s]}' for p, s in columns)} |"]
-    lines.append("|" + "---|" * (len(columns) + 1))
-    found = recorded()
+    head = ["worst corner, % of stroke", *(f"{PLANTS[p][1]}, {SIGNALS[s]}" for p, s in columns)]
+    found, rows = recorded(), []
     for law in [name for name in LOOPS if name in found]:
-        lines.append(_row(LOOPS[law], [worst(law, p, s) for p, s in columns]))
-        lines.append(_row("its linear law", [found[law][p][s] for p, s in columns]))
-    lines.append(_row("tuned PID", [worst("pid", p, s) for p, s in columns]))
+        rows.append([LOOPS[law], *(f"{worst(law, p, s):.3g}" for p, s in columns)])
+        rows.append(["its linear law", *(f"{found[law][p][s]:.3g}" for p, s in columns)])
+    rows.append(["tuned PID", *(f"{worst('pid', p, s):.3g}" for p, s in columns)])
     drawn = [
         f"- For {found[name]['draws']} random laws {text}, the ratio to the error of the linear law is at least "
         f"{found[name]['smallest_ratio']:.2g}, and its median is {found[name]['median_ratio']:.2g}. The ratio to the "
@@ -37,14 +37,11 @@ def markdown() -> str:
         f"{found[name]['smallest_to_both']:.2g}."
         for name, text in (("drawn_pid", "without an observer"), ("drawn_pid_observer", "with a disturbance observer"))
     ]
-    lines += [
+    lines = [
+        table(head, rows),
         "",
         "The list states ratios of the error of a random law to the errors of its linear law and of the tuned loop.",
         'The tuned loop is the PID loop of the first table, or for laws with an observer the loop "PID with observer":',
         "",
     ]
     return "\n".join([*lines, *("\n".join(textwrap.wrap(text, 120, subsequent_indent="  ")) for text in drawn)])
-
-
-def _row(name: str, errors: list[float]) -> str:
-    return f"| {name} | {' | '.join(f'{e:.3g}' for e in errors)} |"

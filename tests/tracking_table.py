@@ -5,6 +5,8 @@ import tomllib
 from functools import cache
 from pathlib import Path
 
+import page_table
+
 from hystfmu.base.errors import InputError
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.loop.opened import OpenedLoop
@@ -78,8 +80,7 @@ def table(rate: str, plant: str = "", family: str = "") -> str:
         for k in errors() if group else ():
             for name in best(group, k):
                 shown[name][k] = f"**{found[name][k]}**"
-    lines = [f"| RMS, % of stroke | {' | '.join(head())} |", "|" + "---|" * (len(head()) + 1)]
-    return "\n".join([*lines, *(f"| {LOOPS[name]} | {' | '.join(texts)} |" for name, texts in shown.items())])
+    return page_table.table(["RMS, % of stroke", *head()], [[LOOPS[name], *texts] for name, texts in shown.items()])
 
 
 def wins() -> str:

@@ -195,6 +195,12 @@ int unit_start(unit *u, double *values, char *why, size_t size) {
   return bad ? refuse(u, why, size, "refuses the initialisation") : 0;
 }
 
+int unit_end(unit *u) {
+  u->said[0] = 0;
+  if (u->fmi == 2) return BAD(CALL(fmi2TerminateTYPE, Terminate)(u->component));
+  return BAD(CALL(fmi3TerminateTYPE, Terminate)(u->component));
+}
+
 void unit_close(unit *u) {
   if (u->loaded && u->component) {
     if (u->fmi == 2) CALL(fmi2FreeInstanceTYPE, FreeInstance)(u->component);

@@ -42,5 +42,6 @@ typedef struct {
 int unit_open(unit *u, const char *root, char *why, size_t size);
 /* Initialises it at t = 0 with the present values, and writes its outputs. */
 int unit_start(unit *u, double *values, char *why, size_t size);
+int unit_end(unit *u); /* tells it that the run is over; 1 if it refuses */
 void unit_close(unit *u);
 #endif

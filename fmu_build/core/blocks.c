@@ -37,6 +37,7 @@
   B(maxwell_slip_oscillator) \
   B(mlp) \
   B(modes) \
+  B(modified_bouc_wen) \
   B(narx_network) \
   B(noise) \
   B(pid) \

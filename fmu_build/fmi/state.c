@@ -36,10 +36,16 @@ static size_t n_before_begin(const instance *i) {
 static size_t n_values(const instance *i) { return n_before_begin(i) + n_begin(i); }
 static size_t byte_size(const instance *i) { return sizeof(header) + sizeof(fmi_run) + n_values(i) * sizeof(double); }
 
-/* the state if it belongs to this instance; NULL after a message */
-static fmi_saved *find(const instance *i, const void *state) {
+/* the state if it belongs to this instance */
+static fmi_saved *seek(const instance *i, const void *state) {
   fmi_saved *s = i->saved;
   while (s && s != state) s = s->next;
+  return s;
+}
+
+/* the same; NULL after a message */
+static fmi_saved *find(const instance *i, const void *state) {
+  fmi_saved *s = seek(i, state);
   if (!s) fmi_refuse(i, "The FMU state was freed or does not belong to this instance.");
   return s;
 }
@@ -176,7 +182,7 @@ fmi_status fmi_deserialize(instance *i, const unsigned char *bytes, size_t size,
   if (!state) return fmi_refuse(i, "No place for the FMU state was given.");
   const char *wrong = wrong_header(i, bytes, size);
   if (wrong) return fmi_refuse(i, "The serialized state cannot be read: %s.", wrong);
-  fmi_saved *s = *state ? find(i, *state) : make(i);
+  fmi_saved *s = make(i);
   if (!s) return FMI_ERROR;
   memcpy(&s->run, bytes + sizeof(header), sizeof s->run);
   memcpy(s->values, bytes + sizeof(header) + sizeof s->run, n_values(i) * sizeof(double));
@@ -190,6 +196,9 @@ fmi_status fmi_deserialize(instance *i, const unsigned char *bytes, size_t size,
     return fmi_refuse(i, "The serialized state cannot be read: %s.", wrong);
   }
   s->run.changed = s->run.stale = 1;
+  /* the standards give *state no value before the call, so it may be uninitialised; a state of this instance would be
+   * lost and is freed */
+  if (seek(i, *state)) fmi_forget(i, state);
   *state = s;
   return FMI_OK;
 }

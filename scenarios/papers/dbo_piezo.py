@@ -35,7 +35,7 @@ LIMITS = {  # largest allowed RMS errors (um)
     "preisach": 0.14,
 }
 # kinds that are no separate methods, or that need resonances, which the data do not contain
-LEFT_OUT = ("auto", "bouc_wen_oscillator", "duhem_oscillator", "lugre", "maxwell_slip_oscillator")
+LEFT_OUT = ("auto", "bouc_wen_oscillator", "duhem_oscillator", "lugre", "maxwell_slip_oscillator", "modified_bouc_wen")
 PUBLISHED = (
     ("sysidentpy, polynomial NARX (best of several)", 0.316),
     ("jax-sysid, neural state space", 0.285),

@@ -25,45 +25,7 @@ from hystfmu.scenario import Cases, Run, build, simulate
 if unconfined():
     pytest.skip(f"foreign FMUs may {unconfined()} here: needs Landlock and seccomp", allow_module_level=True)
 
-# each line that succeeds adds its number to y; all run once, in a step
-ATTEMPTS = r"""
-#include <arpa/inet.h>
-#include <fcntl.h>
-#include <signal.h>
-#include <stdio.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-static double did;
-static int opens(const char *path, int flags) {
-  int file = open(path, flags, 0600);
-  if (file >= 0) close(file);
-  return file >= 0;
-}
-static int connects(void) {
-  struct sockaddr_in to = {.sin_family = AF_INET, .sin_port = htons(PORT), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
-  int s = socket(AF_INET, SOCK_STREAM, 0);
-  return s >= 0 && connect(s, (struct sockaddr *)&to, sizeof to) == 0;
-}
-static int own(const char *folder) {
-  char path[4096];
-  snprintf(path, sizeof path, "%s/own", folder);
-  return opens(path, O_CREAT | O_RDWR) && opens(path, O_RDONLY) && unlink(path) == 0;
-}
-static void attempts(void) {
-  static int n;
-  if (n++) return;
-  did += 1 * opens(HOME "/stolen", O_CREAT | O_WRONLY);
-  did += 2 * connects();
-  did += 4 * opens(HOME "/secret", O_RDONLY);
-  did += 8 * (truncate(HOME "/secret", 1) == 0);
-  did += 16 * (socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
-  did += 32 * (system("echo > " HOME "/by_another") == 0);
-  did += 64 * (rename(HOME "/moved", HOME "/away") == 0);
-  did += 128 * own(".");
-  did += 256 * own(getenv("TMPDIR"));
-  did += 512 * opens("/dev/null", O_WRONLY);
-}
-"""
+ATTEMPTS = Path(__file__).with_name("confined_attempts.c").read_text()
 ALL, OWN = 1023, 128 + 256 + 512
 LIMITED = LOOP | {"metrics": {"last": {"kind": "final", "signal": "bad.y", "limit": 0.5}}}
 STUDY = {"name": "bad", "scenario": "loop", "method": "grid", "parameters": {"command.step": {"values": [0.0, 1.0]}}}
@@ -102,8 +64,8 @@ def called(server: socket.socket) -> bool:
 def fmu(folder: Path, home: Path, server: socket.socket) -> Path:
     folder.mkdir(exist_ok=True)
     (folder / "scenario.toml").write_text(tomli_w.dumps(LIMITED))
-    extra = ATTEMPTS.replace("HOME", f'"{home}"').replace("PORT", str(server.getsockname()[1]))
-    bad_fmu(folder / "bad.fmu", "{ attempts(); y = did; return fmi2OK; }", -1.0, extra)
+    defined = f'-DHOME="{home}"', f"-DPORT={server.getsockname()[1]}"
+    bad_fmu(folder / "bad.fmu", "{ attempts(); y = did; return fmi2OK; }", -1.0, ATTEMPTS, *defined)
     return folder
 
 
@@ -258,93 +220,7 @@ def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_p
 
 
 # ---- What foreign FMUs rightly do works in confinement: threads, files of their own, processes, a Python inside
-# each line that succeeds adds its number to y
-WORK = r"""
-#include <dlfcn.h>
-#include <pthread.h>
-#include <sched.h>
-#include <signal.h>
-#include <stdio.h>
-#include <string.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-static double did;
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static int sum, threads_set;
-static void *work(void *nothing) {
-  cpu_set_t all;
-  int set = !sched_getaffinity(0, sizeof all, &all) && !sched_setaffinity(0, sizeof all, &all);
-  int lower = !setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + 1);
-  pthread_mutex_lock(&lock);
-  for (int k = 0; k < 1000; k++) sum += k;
-  threads_set += set && lower && !pthread_kill(pthread_self(), 0);
-  pthread_mutex_unlock(&lock);
-  return nothing;
-}
-static int threads(void) {
-  pthread_t made[4];
-  pthread_attr_t attr;
-  pthread_attr_init(&attr);
-  pthread_attr_setstacksize(&attr, 1 << 20);
-  for (int k = 0; k < 4; k++)
-    if (pthread_create(&made[k], &attr, work, 0)) return 0;
-  for (int k = 0; k < 4; k++) pthread_join(made[k], 0);
-  return sum == 4 * 499500 && threads_set == 4;
-}
-static int cancelled(void) {
-  pthread_t made;
-  void *result;
-  return !pthread_create(&made, 0, (void *(*)(void *))pause, 0) && !pthread_cancel(made) &&
-         !pthread_join(made, &result) && result == PTHREAD_CANCELED;
-}
-static int files(void) {
-  char path[4096], line[8] = "";
-  FILE *here = fopen("here.txt", "w+");
-  snprintf(path, sizeof path, "%s/XXXXXX", getenv("TMPDIR"));
-  int made = mkstemp(path);
-  if (!here || made < 0) return 0;
-  fputs("words", here);
-  rewind(here);
-  return fgets(line, sizeof line, here) && !strcmp(line, "words") && !rename("here.txt", "there.txt") && !unlink(path);
-}
-static int limits(void) {
-  struct rlimit files;
-  return !getrlimit(RLIMIT_NOFILE, &files) && !setrlimit(RLIMIT_NOFILE, &files) && nice(1) != -1;
-}
-static int processes(void) {
-  int status, child = fork();
-  if (!child)
-    for (;;) pause();
-  if (kill(child, SIGTERM) || waitpid(child, &status, 0) != child || !WIFSIGNALED(status)) return 0;
-  child = fork();
-  if (!child) abort();
-  return waitpid(child, &status, 0) == child && WTERMSIG(status) == SIGABRT && !system("sleep 60 & kill $!");
-}
-static int python(void) { /* as an FMU that is written in Python: it finds the interpreter in its process */
-  int (*ensure)(void), (*run)(const char *);
-  void (*release)(int);
-  *(void **)&ensure = dlsym(RTLD_DEFAULT, "PyGILState_Ensure");
-  *(void **)&run = dlsym(RTLD_DEFAULT, "PyRun_SimpleString");
-  *(void **)&release = dlsym(RTLD_DEFAULT, "PyGILState_Release");
-  if (!ensure || !run || !release) return 1; /* an interpreter without names */
-  int held = ensure();
-  int failed = run("import json, sqlite3, subprocess, sys, tempfile, threading\n"
-                   "t = threading.Thread(target=json.dumps, args=([1],))\n"
-                   "t.start(), t.join()\n"
-                   "tempfile.NamedTemporaryFile().write(b'x')\n"
-                   "assert subprocess.run([sys.executable, '-c', 'import hystfmu']).returncode == 0\n");
-  release(held);
-  return !failed;
-}
-static void all(void) {
-  did += 1 * threads();
-  did += 2 * cancelled();
-  did += 4 * files();
-  did += 8 * limits();
-  did += 16 * processes();
-  did += 32 * python();
-}
-"""
+WORK = Path(__file__).with_name("confined_work.c").read_text()
 
 
 @pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])

@@ -77,7 +77,7 @@ def oscillator_by_scipy(t: Array, nu: float) -> Array:
         a = (u - PLANT["c_L"] * v - PLANT["k_L"] * y - z) / PLANT["m_L"]
         return np.array([v, a, PLANT["alpha"] * v - PLANT["beta"] * flow])
 
-    solved = solve_ivp(f, (0, t[-1]), np.zeros(3), "Radau", t_eval=t, rtol=1e-10, atol=1e-14, max_step=2e-4)
+    solved = solve_ivp(f, (0, t[-1]), np.zeros(3), "Radau", t_eval=t, rtol=1e-8, atol=1e-12, max_step=2e-4)
     return solved.y[[0, 2]].T
 
 

@@ -51,6 +51,7 @@ MORE: dict[str, list[dict[str, Any]]] = {
 }  # fmt: skip
 # a Runge-Kutta rule of the oracle, trials of a root; else rounding
 BOUNDS = {"bouc_wen": 1e-6, "jiles_atherton": 1e-5, "bouc_wen_oscillator": 1e-9, "adaptive_inverse": 1e-9}
+BOUNDS |= {"modified_bouc_wen": 1e-4}
 BOUNDS |= {"disturbance_observer": 1e-7, "reference": 1e-11, "disturbance": 1e-11, "lead_lag": 1e-11}
 ROUNDING = 1e-13
 STEPS = (0.04973, 1.03e-4, 2.97113)  # s; kinks of references lie between the rows

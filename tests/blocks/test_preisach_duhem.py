@@ -232,7 +232,6 @@ def test_saturating_slopes_of_a_shape_memory_alloy(record, most):
     data = Dataset.from_signal(record, y + 5e-4 * np.ptp(y) * np.random.default_rng(2).normal(size=len(y)))
     table = worst(fit(data, "duhem", slopes="saturating"), plant, data)
     assert max(table.values()) <= most, table
-    assert max(worst(fit(data, "duhem"), plant, data).values()) >= 1.0, "these slopes do not depend on the input"
 
 
 def test_terms_of_the_slope():

@@ -19,45 +19,7 @@ from scipy.linalg import expm
 
 CORE = Path(__file__).parents[2] / "fmu_build" / "core"
 RESIDUAL = C.CFUNCTYPE(C.c_double, C.c_void_p, C.c_double)
-SOURCE = """
-#include "core/elementary/chebyshev.h"
-#include "core/elementary/crc.h"
-#include "core/elementary/limit.h"
-#include "core/elementary/matrix_exponential.h"
-#include "core/elementary/random.h"
-#include "core/elementary/root.h"
-#include "core/elementary/second_order.h"
-#include <stdlib.h>
-
-double between(hyst_residual f, double a, double fa, double b, double fb, double fine, double *off) {
-  return hyst_root_between(f, 0, a, fa, b, fb, fine, off);
-}
-double root(hyst_residual f, double lo, double hi, double u0, double f0, double u1, double f1, double *off) {
-  const hyst_tried before = {u0, f0}, last = {u1, f1};
-  return hyst_root(f, 0, lo, hi, before, last, off);
-}
-int exponential(int n, const double *M, double *E) {
-  double *work = malloc((size_t)HYST_EXPM_WORK(n) * sizeof(double));
-  for (int i = 0; i < n * n; i++) work[2 * i] = M[i], work[2 * i + 1] = 0;
-  const hyst_dd *found = hyst_expm(n, work);
-  for (int i = 0; found && i < n * n; i++) E[2 * i] = found[i].hi, E[2 * i + 1] = found[i].lo;
-  free(work);
-  return found != 0;
-}
-void fit(double half, hyst_of_number f, double *c) { hyst_chebyshev_fit(c, half, f, 0); }
-double polynomial(const double *c, double x) { return hyst_chebyshev(c, x); }
-double clamp(double u, double lo, double hi) { return hyst_clamp(u, lo, hi); }
-double clamp_tangent(double u, double lo, double hi, double s) { return hyst_clamp_tangent(u, lo, hi, s); }
-uint32_t crc(const unsigned char *b, long n) { return hyst_crc32(b, (size_t)n); }
-uint64_t bits(uint64_t seed, uint64_t k) { return hyst_random_bits(seed, k); }
-double uniform(uint64_t seed, uint64_t k) { return hyst_random_uniform(seed, k); }
-double normal(uint64_t seed, uint64_t k) { return hyst_random_normal(seed, k); }
-void dd(int what, const double *a, const double *b, double *r) {
-  const hyst_dd x = {a[0], a[1]}, y = {b[0], b[1]};
-  const hyst_dd z = what == 0 ? hyst_dd_add(x, y) : what == 1 ? hyst_dd_mul(x, y) : hyst_dd_div(x, b[0]);
-  r[0] = z.hi, r[1] = z.lo;
-}
-"""
+SOURCE = Path(__file__).with_name("numerics.c")
 
 
 @pytest.fixture(scope="module")
@@ -66,9 +28,8 @@ def lib(tmp_path_factory: pytest.TempPathFactory) -> Any:
     if compiler is None:
         pytest.skip("no C compiler `cc` on the path")
     folder = tmp_path_factory.mktemp("numerics")
-    (folder / "numerics.c").write_text(SOURCE)
     flags = ["-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-shared", f"-I{CORE.parent}"]
-    subprocess.run([compiler, *flags, "numerics.c", "-o", "numerics.so"], cwd=folder, check=True, timeout=60)
+    subprocess.run([compiler, *flags, str(SOURCE), "-o", "numerics.so"], cwd=folder, check=True, timeout=60)
     found = C.CDLL(str(folder / "numerics.so"))
     d, u64, p = C.c_double, C.c_uint64, C.POINTER(C.c_double)
     for name, result, arguments in [

@@ -39,6 +39,15 @@ def test_round_trip_keeps_every_bit(tmp_path):
     assert (second.h, second.train, second.name, second.sha256) == (0.125, slice(3, 9), "a", first.sha256)
 
 
+def test_round_trip_keeps_the_records(tmp_path):
+    one = Dataset(T, U, Y, "x")
+    both = Dataset.joined([one, Dataset(T + 8, U[::-1], Y)])  # the time goes on
+    both.to_csv(tmp_path / "a.csv")
+    again = read(tmp_path / "a.csv", record="record number")
+    assert again.sha256 == both.sha256
+    assert again.read_as.count("read a.csv") == 1
+
+
 def test_columns_units_separators_and_order(tmp_path):
     path = write(tmp_path / "b.csv", rows(form="7;{2!r};{1!r};{0!r}"), "n;out [um];drive [V];time [s]")
     d = read(path, time="time", input="drive", output="out")
@@ -171,7 +180,7 @@ def test_jitter_is_refused_and_accumulated_rounding_is_not(tmp_path):
 
 @pytest.mark.parametrize("train", ["0:13", "5:5", "9:5", "x:y", "3", (-1, 5), slice(0, 10, 2), "2:4"])
 def test_train_rows_outside_the_data(tmp_path, train):
-    refused(write(tmp_path / "u.csv", rows()), "The train rows must", "Got", train=train)
+    refused(write(tmp_path / "u.csv", rows()), "The training rows must", "Got", train=train)
 
 
 def test_train_rows_with_open_ends():

@@ -266,5 +266,5 @@ def test_exact_inverse_leaves_the_gain_of_the_dynamics_and_a_wrong_one_the_ratio
 
 
 def test_a_path_at_rest_is_refused() -> None:
-    with pytest.raises(InputError, match="must move"):
+    with pytest.raises(InputError, match="path of a sector must vary"):
         sector(np.ones(5), plays_and_lag(), h=STEP)

@@ -150,7 +150,7 @@ def one_line(done, words):
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scale", "words"),
-    [("e200", ("line 2", "u must be at most 1e+100")), ("e-200", ("span of u in the train rows", "1e-100"))],
+    [("e200", ("line 2", "u must be at most 1e+100")), ("e-200", ("span of u in the training rows", "1e-100"))],
 )
 def test_values_whose_squares_overflow_or_vanish_are_refused(tmp_path, scale, words):
     path = write(tmp_path / "a.csv", [[t, u + scale, y + scale] for t, u, y in record(80)])
@@ -163,7 +163,7 @@ def test_values_whose_squares_overflow_or_vanish_are_refused(tmp_path, scale, wo
 def test_fewer_rows_than_parameters_are_warned_about(tmp_path):
     done = hystfmu("fit", write(tmp_path / "a.csv", record(20)), "--model", "prandtl_ishlinskii", "-o", tmp_path / "m")
     assert done.returncode == 0
-    assert "parameters from 20 train rows" in done.stderr
+    assert "parameters from 20 training rows" in done.stderr
 
 
 def test_bad_options_of_fit(fitted, tmp_path):

@@ -65,7 +65,7 @@ def test_the_program_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
     again = hy.run("scenarios/mine")
     assert again[0].verdicts[0].value == result.verdicts[0].value  # type: ignore[attr-defined]
     assert again.passed, "the first run of a scenario of one's own: its limits alone decide"
-    assert again[0].notes[-1].startswith("tracking: no baseline yet")
+    assert again[0].notes[-1].startswith("tracking: no baseline")
     assert len(names["study"].rows) == 2  # type: ignore[attr-defined]
     written = ["piezo.fmu", "inverse.fmu", "Piezo/package.mo", "out/report.html", "mismatch/results.parquet"]
     assert [name for name in written if not Path(name).exists()] == []

@@ -54,7 +54,7 @@ def test_html_stands_alone_is_small_and_escaped(shown: dict[str, object], name: 
 
 def test_a_study_shows_its_answer(shown: dict[str, object]) -> None:
     html = shown["study"]._repr_html_()  # type: ignore[attr-defined]
-    assert "2 of 4 draws are inside the limits" in html
+    assert "2 of 4 variations are inside the limits" in html
     assert "results.parquet" in html
 
 

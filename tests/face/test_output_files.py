@@ -17,7 +17,7 @@ from hystfmu.cli import main
 
 ROOT = Path(__file__).parents[2]
 KIND = "prandtl_ishlinskii"
-STAYS = "exists with other content. Name another file, or replace it with --force."
+STAYS = "exists with different content. Name another file, or replace it with --force."
 # words of a command, a file that it writes, whether its content is the same each time (else it states times)
 WRITERS = {
     "fit": (f"fit a.csv --model {KIND} --set N=5 -o out/m.toml", "m.toml", True),
@@ -152,6 +152,12 @@ def test_files_that_belong_together_are_written_all_or_none(here: Path) -> None:
     Path("out", "law.c").write_text("mine")
     assert call(WRITERS["controller as C"][0]).exit_code == 2
     assert os.listdir("out") == ["law.c"], "no law.h, no temporary file"
+
+
+def test_an_fmu_that_must_stay_leaves_no_modelica_package(here: Path) -> None:
+    Path("out", "x.fmu").write_text("mine")
+    assert call("export good.model.toml -o out/x.fmu --modelica out").exit_code == 2
+    assert os.listdir("out") == ["x.fmu"]
 
 
 def test_in_python_a_file_is_replaced(here: Path) -> None:

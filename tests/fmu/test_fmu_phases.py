@@ -243,10 +243,21 @@ def test_absent(make: Make, fmi: int, interface: str, state: str) -> None:
     before = m.memory()
     for name in ABSENT2 if fmi == 2 else ABSENT3:
         m.messages.clear()
-        assert m.call(name, *[NONE] * 8) == ERROR
+        assert m.call(name, NONE, C.c_size_t(1), *[NONE] * 6) == ERROR
         assert [t[0] for t in m.messages] == [ERROR]
         assert m.messages[0][2].startswith(f"fmi{fmi}{name} is not available: ")
     assert m.memory() == before
+
+
+def test_a_call_for_no_variable_is_no_error(make: Make, fmi: int) -> None:
+    """Importers may call the functions of every type, also for types that no variable has."""
+    m = make(mixed())
+    m.initialize()
+    m.messages.clear()
+    types = "Float32 Int8 UInt8 Int16 UInt16 UInt32 UInt64 Clock String Binary" if fmi == 3 else "String"
+    for name in [f"{verb}{kind}" for verb in ("Get", "Set") for kind in types.split()]:
+        assert m.call(name, NONE, ZERO, NONE, NONE, ZERO) == OK
+    assert m.messages == []
 
 
 def test_tables_are_complete(make: Make, fmi: int) -> None:

@@ -87,7 +87,9 @@ def actuator():
 
 
 def test_the_actuator_finds_what_follows_each_covariate(actuator):
-    assert actuator.fit["parts"].startswith("plays, bend of degree 3, gain that follows T, offset that follows load")
+    assert actuator.fit["parts"].startswith(
+        "plays, static nonlinearity of degree 3, gain that follows T, offset that follows load"
+    )
     assert actuator.score(scheduled(2))["rms_percent"] < 0.2
     T = scheduled(1).covariates.values[:, 0]
     middle, half = (T.max() + T.min()) / 2, np.ptp(T) / 2  # the gain counts from the middle of the range
@@ -245,7 +247,7 @@ def test_refusals_name_the_covariate(model, data):
         ),
         (
             lambda: fit(Dataset(data.t, data.u, data.y, covariates={"T": 0 * data.u}), KINDS[0]),
-            "The T of the train rows must vary. Got the constant 0",
+            "The T of the training rows must vary. Got the constant 0",
         ),
     )
     for call, words in cases:
@@ -253,8 +255,8 @@ def test_refusals_name_the_covariate(model, data):
             call()
 
 
-def test_fit_and_predict_on_the_command_line(data, tmp_path):
-    """Fit names the columns; predict finds them by the names in the model, whatever their order."""
+def test_fit_predict_and_check_on_the_command_line(data, tmp_path):
+    """Fit names the columns; predict and check find them by the names in the model, whatever their order."""
     csv, out, predicted = (str(tmp_path / name) for name in ("d.csv", "m.model.toml", "p.csv"))
     data.to_csv(csv)
     run = CliRunner()
@@ -273,3 +275,8 @@ def test_fit_and_predict_on_the_command_line(data, tmp_path):
     named = ["--covariate", "load", "--covariate", "oven"]
     renamed = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted, "--json", *named, "--force"])
     assert json.loads(renamed.stdout)["errors"] == done["errors"]
+    checked = [
+        run.invoke(main, ["check", out, str(file), "--json", *w])
+        for file, w in ((csv, []), (tmp_path / "e.csv", named))
+    ]
+    assert [json.loads(c.stdout)["rms"] for c in checked] == [pytest.approx(told["rms"], rel=1e-9)] * 2

@@ -85,7 +85,7 @@ def test_feedback_is_sure_at_60_and_three_times_the_other_direction(monkeypatch,
 
 
 # ---- drift ----------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("rows", [1000, 31, 41, 5, 4])
+@pytest.mark.parametrize("rows", [1000, 31, 41, 7, 6])
 def test_the_drift_is_the_slope_of_a_line_through_chunk_means(rng, rows):
     e = rng.normal(size=rows)
     n = min(20, rows // 2)
@@ -97,6 +97,11 @@ def test_the_drift_is_the_slope_of_a_line_through_chunk_means(rng, rows):
     total, error = guards.drift(e)
     assert total == pytest.approx(slope)
     assert error == pytest.approx(np.sqrt(rest @ rest / max(n - 2, 1) * covariance), abs=1e-12)
+
+
+@pytest.mark.parametrize("rows", [5, 4, 3, 2])
+def test_two_means_show_no_drift(rows):
+    assert guards.drifts(np.arange(rows), 1.0) == []
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from hystfmu import Dataset, InputError, Model
 from hystfmu.data import signals
 from hystfmu.identify import METHODS, fit, options
 from hystfmu.identify.features.plays import thresholds
-from hystfmu.identify.network.training import Fit, train
+from hystfmu.identify.network.training import train
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 
@@ -168,33 +168,6 @@ def test_weights_on_the_grid_are_recovered_exactly(n):
 
 
 # ---- training ------------------------------------------------------------------------------------------------------
-@pytest.mark.stress
-@pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
-def test_derivatives_against_differences_and_torch(activation):
-    from torch_network import outputs_and_jacobian, perceptron
-
-    rng = np.random.default_rng(1)
-    x, y, p = rng.normal(size=(7, 3)), rng.normal(size=7), rng.normal(size=5 * 5 + 1)
-    fit = Fit(x, y, 5, activation)
-    r, J = fit.residuals(p)
-    step = 1e-6
-    for i in range(len(p)):
-        d = np.zeros(len(p))
-        d[i] = step
-        difference = (fit.residuals(p + d)[0] - fit.residuals(p - d)[0]) / (2 * step)
-        np.testing.assert_allclose(J[:, i], difference, atol=2e-9)
-    a = x @ p[:15].reshape(5, 3).T + p[15:20]
-    hidden = 1 / (1 + np.exp(-a)) if activation == "sigmoid" else np.tanh(a)
-    np.testing.assert_allclose(r, hidden @ p[20:25] + p[25] - y, atol=1e-14)
-    outputs, jacobian = outputs_and_jacobian(perceptron(3, 5, activation), p, x)
-    np.testing.assert_allclose(r, outputs - y, atol=1e-13)
-    np.testing.assert_allclose(J, jacobian, atol=1e-13)
-    np.testing.assert_array_equal(fit.errors(p), r)
-    value, gradient = fit.gradient(p)
-    assert value == pytest.approx(r @ r, rel=1e-13)
-    np.testing.assert_allclose(gradient, 2 * jacobian.T @ r, atol=1e-13)
-
-
 def test_a_network_learns_a_network():
     rng = np.random.default_rng(2)
     x = rng.uniform(-1, 1, size=(500, 2))

@@ -206,17 +206,17 @@ def test_the_defaults_of_training(rng):
     assert r[3000:] == pytest.approx(np.sqrt(1e-9 * 3000) * p[:-1])
 
 
-@pytest.mark.parametrize("rows", [20, 41])
-def test_decay_adds_the_squared_weights_but_that_of_the_output_bias(rng, rows):
+@pytest.mark.parametrize(("rows", "activation"), [(20, "tanh"), (41, "sigmoid")])
+def test_decay_adds_the_squared_weights_but_that_of_the_output_bias(rng, rows, activation):
     x, y, decay = rng.normal(size=(rows, 2)), rng.normal(size=rows), 0.03
     trainer = Trainer([1.0])
-    train(x, y, 3, "tanh", 1, 5, decay, most_rows=40, trainer=trainer)
+    train(x, y, 3, activation, 1, 5, decay, most_rows=40, trainer=trainer)
     kept = np.arange(0, rows, -(-rows // 40))
     p, squares, _ = trainer.calls[0]
     p = p + 0.1
 
     def wanted(q):
-        net = Network(q[:6].reshape(3, 2), q[6:9], q[9:12], float(q[12]), "tanh")
+        net = Network(q[:6].reshape(3, 2), q[6:9], q[9:12], float(q[12]), activation)
         return np.sum((net(x[kept]) - y[kept]) ** 2) + decay * len(kept) * np.sum(q[:-1] ** 2)
 
     r, J = squares.residuals(p)

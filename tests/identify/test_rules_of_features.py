@@ -87,9 +87,9 @@ def test_the_search_of_dynamics_finds_them():
     [
         (Dynamics(499.9, 0.5, 0.0), [0, 0, 0], ["f_n = 499.9 Hz is a bound of the search"]),
         (Dynamics(2.0, 0.5, 0.0), [0, 0, 0], []),
-        (Dynamics(30.0, 0.5, 0.0), [0.021, 0, 0], ["f_n = 30 Hz is known to 2.1 % only"]),
-        (Dynamics(30.0, 0.5, 0.0), [0.019, 0.021, 0], ["zeta = 0.5 is known to 2.1 % only"]),
-        (Dynamics(30.0, 0.5, H), [0, 0, 0.27], ["the delay 0.001 s is known to 0.00027 s only"]),
+        (Dynamics(30.0, 0.5, 0.0), [0.021, 0, 0], ["f_n = 30 Hz has a standard error of 2.1 %"]),
+        (Dynamics(30.0, 0.5, 0.0), [0.019, 0.021, 0], ["zeta = 0.5 has a standard error of 2.1 %"]),
+        (Dynamics(30.0, 0.5, H), [0, 0, 0.27], ["the delay 0.001 s has a standard error of 0.00027 s"]),
         (Dynamics(30.0, 0.5, H), [0, 0, 0.26], []),
     ],
 )
@@ -159,18 +159,23 @@ def test_the_outermost_loop_is_not_held_out():
 
 
 def test_poles_bounds_and_coverage_are_warned_of():
-    def chain(b, a):
-        return Graph.single(Node("g0", "transfer_function", {}, {"b": b, "a": a}))
+    def warned(b=(1.0,), a=(1.0, 1.0), bounded=None, covered=None):
+        graph = Graph.single(Node("g0", "transfer_function", {}, {"b": list(b), "a": list(a)}))
+        return guards.warnings(graph, H, bounded or {}, covered)
 
     fast = 1.01 * np.pi / H
-    assert guards._fast_poles(chain([1.0], [1.0, fast]), H)[0].startswith("a pole of g0 at 3.2e+03 1/s lies above")
-    assert guards._fast_poles(chain([1.0], [1.0, 0.99 * np.pi / H]), H) == []
-    assert guards._fast_poles(chain([-1.0, fast], [1.0, fast]), H) == []  # mirrored: of a delay
-    assert guards._fast_poles(chain([-1.0, 1.1 * fast], [1.0, fast]), H) != []
-    for value, warned in ((0.0, True), (1e-3, True), (2e-2, False), (9.98, False), (9.995, True), (10.0, True)):
-        assert bool(guards._at_bounds({"p": (value, 0.0, 10.0)})) is warned, value
-    for covered, warned in ((None, False), (39.9, True), (40.0, False)):
-        assert bool(guards._unseen(covered)) is warned
+    (line,) = warned(a=[1.0, fast])
+    assert line.startswith("a pole of g0 at 3.2e+03 1/s lies above")
+    assert warned(a=[1.0, 0.99 * np.pi / H]) == []
+    assert warned([-1.0, fast], [1.0, fast]) == []  # mirrored: of a delay
+    assert warned([-1.0, 1.1 * fast], [1.0, fast]) != []
+    for value, told in ((0.0, True), (1e-3, True), (2e-2, False), (9.98, False), (9.995, True), (10.0, True)):
+        assert bool(warned(bounded={"p": (value, 0.0, 10.0)})) is told, value
+    lines = warned(bounded={"n": (6.0, 1.0, 6.0), "share": (0.2, -1.0, 1.0), "z": (-3.0, -3.0, 3.0)}, covered=39.9)
+    assert [w.split(" = ")[0] for w in lines[:2]] == ["n", "z"]
+    assert "n = 6 is a bound of the search (1 to 6)" in lines[0]
+    assert "the training rows reach 40 % of the states" in lines[2]
+    assert warned(covered=40.0) == []
 
 
 def test_the_cost_and_the_name_of_a_candidate():

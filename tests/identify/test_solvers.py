@@ -44,6 +44,13 @@ def test_columns_that_add_nothing_get_no_weight():
     assert [x[0], x[3], v[0] + v[2], v[1]] == pytest.approx(other, abs=1e-8)
 
 
+def test_without_a_column_that_adds_something_the_free_columns_remain():
+    F = np.column_stack([np.ones(9), np.arange(9.0)])
+    x, v = nonnegative.nonnegative(F[:, ::-1].copy(), 3 * F[:, 1] - 1, F)
+    assert x.tolist() == [0.0, 0.0]
+    assert v == pytest.approx([-1.0, 3.0])
+
+
 def test_the_extreme_columns_are_those_off_the_line_between_others():
     n = nonnegative.COARSE + 60
     k = np.arange(n)

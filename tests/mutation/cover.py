@@ -26,6 +26,7 @@ class Cover:
         self.seconds: dict[str, float] = {}  # CPU, also of processes that have ended
         self.bad: set[str] = set()
         self.users: dict[str, list[str]] = defaultdict(list)  # tests by shared fixture
+        target.parent.chmod(0o1777)  # tests also start processes of another user
         setting = target.with_suffix(".rc")
         folders = [f for some in ROOMS.values() for f in some if f.startswith("python/")]
         files = "\n".join(f"  {ROOT}/{folder}/*" for folder in folders)

@@ -1,6 +1,5 @@
 """A mutant in a process that has loaded the original: new code for its functions, the new library for the old one."""
 
-import ctypes
 import gc
 import inspect
 import shutil
@@ -48,12 +47,13 @@ def swap_core(path: Path) -> None:
     """Load the library anew; block types that tests hold get its tables."""
     from hystfmu.core import library
 
+    held = library.block_types()
     # the loader knows a file by its place on the disk
-    fresh = path.with_name("_core_mutant.so")
+    library.PACKAGE = path.parent / "swapped"
+    library.PACKAGE.mkdir(exist_ok=True)
+    fresh = library.PACKAGE / path.name
     fresh.unlink(missing_ok=True)
     shutil.copyfile(path, fresh)
-    library._library = lambda: ctypes.CDLL(str(fresh))
-    held = library.block_types()
     for module in [m for name, m in list(sys.modules.items()) if name.startswith("hystfmu.")]:
         for value in list(vars(module).values()):
             if hasattr(value, "cache_clear"):

@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import shutil
 import signal
 import types
 from pathlib import Path
@@ -10,7 +11,9 @@ from pathlib import Path
 import pytest
 from mutation import c_operators, choose, equivalents, line_map, python_operators, sample, summary
 from mutation.judge import Outcome, judge
-from mutation.swap import loaded_functions, swap_python
+from mutation.swap import loaded_functions, swap_core, swap_python
+
+from hystfmu.core.library import library
 
 ROOT = Path(__file__).parents[2]
 
@@ -172,6 +175,17 @@ def test_a_header_is_judged_by_the_module_that_compiles_it(tmp_path):
     (tmp_path / "map.json").write_text(json.dumps(table))
     tests = choose.Tests(tmp_path / "map.json")
     assert all(sorted(tests.for_mutant(m, text)) == [run, own] for m in c_operators.mutants(file, text))
+
+
+def test_a_fork_runs_the_core_of_a_mutant(tmp_path):
+    (tmp_path / "build").mkdir()
+    copy = Path(shutil.copy(library()._name, tmp_path))
+
+    def work():
+        swap_core(copy)
+        return Outcome(library()._name)
+
+    assert judge(work, tmp_path, 5).failed == str(tmp_path / "swapped" / copy.name)
 
 
 def fault():

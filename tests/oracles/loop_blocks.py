@@ -240,6 +240,24 @@ def bouc_wen_oscillator(p, state, u, t, dt):
     return {"y": x[0], "z": x[2]}, (x, u["u"])
 
 
+def modified_bouc_wen(p, state, u, t, dt):
+    """c_1 w' = alpha z + k_0 (u - w) + c_0 (u' - w') for a ramp of u, by midpoint steps; w = u at the start."""
+    w, z, begin = (u["u"], p.z0, u["u"]) if state is None else state
+    v, steps = (u["u"] - begin) / dt if dt else 0.0, int(np.ceil(100 * (dt + abs(u["u"] - begin)))) if dt else 0
+    h = dt / max(steps, 1)
+
+    def rates(at, w, z):
+        moved = (p.alpha * z + p.k_0 * (begin + v * at - w) + p.c_0 * v) / (p.c_0 + p.c_1)
+        d, size = v - moved, abs(z) ** (p.n - 1)
+        return moved, p.A * d - p.gamma * abs(d) * size * z - p.beta * d * size * abs(z)
+
+    for k in range(steps):
+        a, b = rates(k * h, w, z)
+        a, b = rates((k + 0.5) * h, w + h / 2 * a, z + h / 2 * b)
+        w, z = w + h * a, z + h * b
+    return {"y": p.c_1 * rates(dt, w, z)[0] + p.k_1 * (u["u"] - p.x_0)}, (w, z, u["u"])
+
+
 def delay(p, state, u, t, dt):
     """y_k = u_(k-n), y0 before."""
     past = (p.y0,) * p.n if state is None else state
@@ -501,6 +519,7 @@ BLOCKS = {
     "modes": modes,
     "amplifier": amplifier,
     "bouc_wen_oscillator": bouc_wen_oscillator,
+    "modified_bouc_wen": modified_bouc_wen,
     "transfer_function": transfer_function,
     "delay": delay,
     "differentiator": differentiator,

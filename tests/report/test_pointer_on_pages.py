@@ -109,7 +109,7 @@ def draws(study: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_a_range_of_an_axis_chooses_draws(browser: Browser, study: Path) -> None:
     step, _, good = draws(study)
     with opened(browser, study) as p:
-        assert f"{good.sum()} of {len(good)} draws" in p.locator(".answer").text_content()
+        assert f"{good.sum()} of {len(good)} variations" in p.locator(".answer").text_content()
         axes = p.locator("svg.parallel .axis")
         names = [axes.nth(k).get_attribute("data-name") for k in range(axes.count())]
         axis = axes.nth(names.index("command.step"))

@@ -193,7 +193,7 @@ def test_sweeps_that_do_not_agree_are_a_failure_that_says_so(write: Any) -> None
     data["connections"] = {"x.u_1": "reference.r", "x.u_2": "z.u", "z.y_d": "x.y"}
     system = ready(write(data))
     for engine in ENGINES:
-        with pytest.raises(Stopped, match=r"^2 sweeps at t = 0\.001 s do not agree"):
+        with pytest.raises(Stopped, match=r"^2 sweeps at t = 0\.001 s do not converge"):
             simulate(system, engine)
 
 

@@ -96,8 +96,8 @@ def test_an_archive_that_does_not_reproduce_the_scenario_is_no_success(
     cost = write_ssp(Cases(write(loop)).cases[0], tmp_path / "again.ssp", separate=True).differences["plant.y"]
     assert done.exit_code == 1
     assert done.output == (
-        f"{out}: does not reproduce the scenario within 0.1 % of the span: plant.y differs by {cost:.2g} %; the file is"
-        " kept, for a master that couples better\n"
+        f"{out}: does not reproduce the scenario within 0.1 % of the span: plant.y differs by {cost:.2g} %; the"
+        " command has written the file in spite of this\n"
     )
 
 

@@ -2,6 +2,7 @@
 
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ from engines import ready
 
 from hystfmu.base.errors import InputError
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.ssp.container import joined
-from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp
-from hystfmu.scenario.ssp.write import SSC, SSV, write_ssp
+from hystfmu.scenario.ssp.measures import SSC
+from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp, run_ssp
+from hystfmu.scenario.ssp.write import SSV, write_ssp
+from hystfmu.scenario.system.system import build
 
 
 def component(name: str, inside: str = "", u: str = "", y: str = "", **more: str) -> str:
@@ -43,10 +46,15 @@ def values(*parameters: str, prefix: str = "") -> str:
     )
 
 
+def bound(facts: str) -> str:
+    return f"<d:ParameterBindings><d:ParameterBinding {facts}/></d:ParameterBindings>"
+
+
 def value(name: str, text: str, word: str = "Real") -> str:
     return f'<v:Parameter name="{name}"><v:{word} value="{text}"/></v:Parameter>'
 
 
+LONG = 300 * "x"  # no file of a system has this name
 EXPERIMENT = '<d:DefaultExperiment stopTime="1.0"/>'
 TWO = component("a") + component("b")
 BOTH = wire("a.y", "b.u") + wire("b.y", "a.u")
@@ -100,6 +108,31 @@ def test_a_connection_has_no_direction(tmp_path: Path) -> None:
     assert read(tmp_path, wires=outside).case.connections == {}
 
 
+def test_variables_with_structured_names(tmp_path: Path) -> None:
+    ends = [Variable("arm.q[1]", "Real", "input", (0.0,)), Variable("arm.y", "Real", "output", (0.0,))]
+    drawn_fmu(tmp_path / "x.fmu", 2, [*ends, Variable("arm.k", "Real", "parameter", (1.0,))])
+    listed = '<d:Connector name="arm.q[1]" kind="input"/><d:Connector name="arm.y" kind="output"/>'
+    unit = '<d:Component name="{0}" source="resources/{0}.fmu"><d:Connectors>{1}</d:Connectors></d:Component>'
+    between = 'startElement="a" startConnector="arm.y" endElement="b" endConnector="arm.q[1]"'
+    files = dict.fromkeys(("resources/a.fmu", "resources/b.fmu"), (tmp_path / "x.fmu").read_bytes())
+    elements, wires = unit.format("a", listed) + unit.format("b", listed), f"<d:Connection {between}/>"
+    case = read(tmp_path, elements=elements, wires=wires, files=files).case
+    system = build(replace(case, overrides={"b.arm.k": 2.0}))
+    assert case.connections == {"b.arm.q[1]": "a.arm.y"}
+    assert (list(system.columns), set(system.overridden)) == (["a.arm.y", "b.arm.y"], {"b.arm.k"})
+
+
+def test_what_has_no_effect_on_a_run(tmp_path: Path) -> None:
+    notes = '<d:Annotations><c:Annotation type="x"><h:x/></c:Annotation></d:Annotations>'
+    drawing = '<d:ConnectionGeometry pointsX="0.5 1" pointsY="0 1"/>'
+    given = value("p", "1").replace("</v:P", f"{notes.replace('d:', 'v:')}</v:P")
+    elements, wires = component("a", values(given)) + component("b"), wire("a.y", "b.u", drawing + notes)
+    case = read(tmp_path, elements=elements, wires=wires, files=two(tmp_path)).case
+    assert (case.connections, case.units["a"].set) == ({"b.u": "a.y"}, {"p": 1.0})
+    elements = elements.replace("<d:ParameterBinding ", '<d:ParameterBinding source="" ')
+    assert read(tmp_path, elements=elements, files=two(tmp_path)).case.units["a"].set == {"p": 1.0}
+
+
 def test_steps_and_times(tmp_path: Path) -> None:
     told = note(step="0.5", scheme="gauss_seidel", order="b a")
     assert read(tmp_path, None, rest=told).case.step == 0.5
@@ -124,7 +157,7 @@ def test_values_of_every_kind(tmp_path: Path) -> None:
     shared = values(value("a.p", "9"), value("a.own", "6"), value("b.w", "8"))
     units = read(tmp_path, elements=elements, shared=shared, files=two(tmp_path)).case.units
     assert units["a"].set == {
-        "own": 6.0, "p": 1.5, "n": 3.0, "m": 4.0, "k": 5.0, "f": 0.5, "e": 2.0, "s": "text", "t": True, "o": True,
+        "own": 6.0, "p": 9.0, "n": 3.0, "m": 4.0, "k": 5.0, "f": 0.5, "e": 2.0, "s": "text", "t": True, "o": True,
         "x": False, "l": 2**53 + 1,
     }  # fmt: skip
     assert units["a"].inputs == {"w": 7.5, "c": 1.0}, "u is driven: its start value is of no use"
@@ -193,7 +226,32 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
         ({"wires": BOTH + wire("b.y", "b.u")}, "b.u is connected twice, with a.y and with b.y"),
         ({"elements": component("a", source="../s.ssp")}, "a: source: must be a file of the archive; got '../s.ssp'"),
         ({"elements": component("a", source="a%20b")}, "a: source: must be a file of the archive; got 'a%20b'"),
+        ({"elements": component("a", source=LONG)}, f"a: source: must be a file of the archive; got '{LONG}'"),
+        ({"shared": bound('source="%00"')}, "%00: embedded null byte"),
         ({"elements": component("a", implementation="ScheduledExecution")}, "a: Scheduled Execution is not supported"),
+        (
+            {"shared": bound('type="text/csv" source="a.csv"')},
+            "a parameter binding must have the type application/x-ssp-parameter-set; got 'text/csv'",
+        ),
+        (
+            {"shared": bound('source="a.ssv" sourceBase="component"')},
+            "a.ssv: sourceBase must be SSD; got 'component'",
+        ),
+        (
+            {"shared": bound('source="a.ssv"'), "files": {"a.ssv": "<ParameterSet/>"}},
+            "a.ssv: must begin with ParameterSet; got ParameterSet",
+        ),
+        (
+            {
+                "shared": '<d:Connectors><d:Connector name="k" kind="parameter"/></d:Connectors>'
+                + values(value("k", "1"))
+            },
+            "k: a connector of the system cannot have a value: give it to a component",
+        ),
+        (
+            {"wires": '<d:Connection startConnector="o" endConnector="i"/>'},
+            "connection of o with i: two connectors of the system must not be connected",
+        ),
         ({"stop": 1e300}, "4e+300 steps of 0.25 s; at most 100000000 can run"),
         (
             {"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'},
@@ -209,6 +267,14 @@ def test_what_is_not_understood_is_refused_by_name(tmp_path: Path, change: dict[
     with pytest.raises(InputError) as e:
         read(tmp_path, **change)
     assert str(e.value) == f"{tmp_path / 's.ssp'}: SystemStructure.ssd: {said}"
+
+
+def test_an_interface_that_would_not_run_is_refused(tmp_path: Path) -> None:
+    elements = component("a", implementation="ModelExchange") + component("b")
+    with pytest.raises(
+        InputError, match="a: implementation: an FMU with Co-Simulation runs as such; got ModelExchange"
+    ):
+        read(tmp_path, elements=elements, files=two(tmp_path))
 
 
 def test_entities(tmp_path: Path) -> None:
@@ -252,8 +318,9 @@ def test_a_connection_that_converts_units_of_measure(
         read(tmp_path, **told)
 
 
+@pytest.mark.parametrize("own", [b'unit="mm"', b'declaredType="L"'])
 @pytest.mark.parametrize(("unit", "good"), [("um", False), ("mm", True), ("1", True), ("", True)])
-def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool) -> None:
+def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool, own: bytes) -> None:
     graph = Graph.single(Node("gain", "scaling", {}, {"gain": 2.0})).with_step(1e-3)
     with (
         zipfile.ZipFile(export_fmu(graph, tmp_path / "a.fmu")) as old,
@@ -262,8 +329,10 @@ def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good
         for name in old.namelist():  # of any origin: the gain is in mm
             content = old.read(name)
             if name == "modelDescription.xml":
-                content = re.sub(rb'(name="gain".*\s*<Real unit=)"1"', rb'\1"mm"', content)
-                assert b'unit="mm"' in content
+                content = re.sub(rb'(name="gain".*\s*<Real )unit="1"', rb"\1" + own, content)
+                assert own in content
+                length = b'<SimpleType name="L"><Real unit="mm"/></SimpleType>'
+                content = content.replace(b"<LogC", b"<TypeDefinitions>" + length + b"</TypeDefinitions><LogC")
             new.writestr(name, content)
     given = value("gain", "3").replace("/></v:P", f' unit="{unit}"/></v:P')
     told = {"elements": component("a", values(given)), "wires": ""}
@@ -273,6 +342,20 @@ def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good
         return
     with pytest.raises(InputError, match="a: gain is given in um and is in mm in the FMU: units of measure are not"):
         read(tmp_path, **told, files=files)
+
+
+@pytest.mark.parametrize(("stated", "said"), [("", "(um) with b.u (mm)"), ("m", "(m) with b.u (mm)")])
+def test_a_connector_has_the_unit_of_its_variable(tmp_path: Path, stated: str, said: str) -> None:
+    """SSP 1.0: a connector without a unit of measure has that of the variable of its FMU."""
+    files = {}
+    for name, u, y in (("a", "V", "um"), ("b", "mm", "V")):
+        graph = Graph([Node("k", "scaling")], (), [Input("u", ("k.u",), u)], [Output("y", "k.y", y)])
+        files[f"resources/{name}.fmu"] = export_fmu(graph, tmp_path / "x.fmu").read_bytes()
+    elements = component("a", y=stated) + component("b")
+    rest = f'<d:Units><c:Unit name="m"><c:BaseUnit m="1"/></c:Unit></d:Units>{EXPERIMENT}'
+    path = archive(tmp_path, elements, wire("a.y", "b.u"), rest, files=files)
+    with pytest.raises(InputError, match=re.escape(f"SystemStructure.ssd: connection of a.y {said}: units of measure")):
+        run_ssp(path, step=0.25)
 
 
 def test_a_root_of_another_kind(tmp_path: Path) -> None:

@@ -42,8 +42,8 @@ def test_without_any_baseline_the_limits_alone_decide_and_none_is_written(loop: 
     folder = write(loop)
     result = run(folder)
     assert result.passed
-    assert result.notes[-1].startswith("loop: no baseline yet")
-    assert "no baseline yet" in terminal.verdicts([result])
+    assert result.notes[-1].startswith("loop: no baseline")
+    assert "no baseline: only" in terminal.verdicts([result])
     assert [p.name for p in folder.iterdir()] == ["scenario.toml"]
     loop["metrics"]["tracking"]["limit"] = 1e-9
     write(loop)

@@ -19,12 +19,16 @@ from start.devices.loop import Controller, case_of, cases_of
 import hystfmu as hy
 from hystfmu import Graph, Input, Node, Output
 from hystfmu.base.arrays import Array
+from hystfmu.design.feedforward import preview
 from hystfmu.design.plants import Plant
 from hystfmu.scenario.loop.table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import FINE, device, plant_model, reach, reference_frequency
 from hystfmu.start.excitation import DRAWS, _path, excitation, information
-from hystfmu.start.requirements import Requirements
+from hystfmu.start.loop import LoopPlan
+from hystfmu.start.promise import HARMONICS, Misfit
+from hystfmu.start.references import references
+from hystfmu.start.requirements import Requirements, Wanted
 from hystfmu.start.run import drawn
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
@@ -96,6 +100,33 @@ def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
     held = np.column_stack([np.repeat(command, FINE), np.zeros(60 * FINE)])
     y = plant.graph.run(np.vstack([np.zeros((1, 2)), held]), H / FINE)[1:]
     assert y == pytest.approx(truth(command, 2 * np.pi * f, zeta, late), abs=1e-9)
+
+
+def plan(delay: int, wanted: Wanted) -> LoopPlan:
+    """Return the loop of a static device with a reference, a delay for computing, and neither noise nor misfit."""
+    model = hy.Model("device", hy.blocks.PrandtlIshlinskii(**PLAYS).graph, H, provenance={"span_u": [0.0, 100.0]})
+    found = replace(device(model, hy.Dataset(H * K[:40], U[:40], model.predict(U[:40]))), noise=0.0)
+    missed = Misfit(np.zeros(len(HARMONICS)), found.plant, H)
+    asked = Requirements(delay=delay)
+    return LoopPlan(found, preview(found.plant, H), missed, references(found, (wanted,)), asked, "device")
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_a_later_device_is_one_step_later_than_the_design(delay: int) -> None:
+    loop = plan(delay, Wanted("sine")).scenario(None, {})
+    first, late = (loop.run(case, engine="native").trace for case in ("sine", "two_steps"))
+    assert first is not None
+    assert late is not None
+    y = [trace["plant.y"] for trace in (first, late)]
+    assert np.array_equal(y[1][50 + FINE :], y[0][50:-FINE])
+
+
+def test_a_reference_is_read_from_a_file(tmp_path: Path) -> None:
+    r = 30 + 5 * np.sin(0.02 * np.arange(400))
+    (tmp_path / "r.csv").write_text("t [ms],r\n" + "\n".join(f"{2 * k},{v!r}" for k, v in enumerate(r.tolist())))
+    (tried,) = plan(1, Wanted.of(str(tmp_path / "r.csv"))).tried
+    assert (tried.offset, tried.amplitude) == pytest.approx((30.0, 5.0), rel=1e-3)
+    assert tried.stop == pytest.approx(0.799)
 
 
 # ---- light stage -----------------------------------------------------------------------------------------------------
@@ -177,6 +208,19 @@ def test_it_stays_within_the_range_and_the_speed_of_the_record(offset: float) ->
     assert u.min() <= found.min() < 0.99 * u.min() + 0.01 * u.max()
     assert 0.01 * u.min() + 0.99 * u.max() < found.max() <= u.max()
     assert np.abs(np.diff(found)).max() <= 1.01 * np.abs(np.diff(u)).max()
+
+
+def test_after_the_rest_follow_tones_that_are_weaker_the_faster_they_are() -> None:
+    u = 50 * np.sin(2 * np.pi * np.arange(1000) / 200)
+    found, _ = excitation(hy.Dataset.from_signal(u, u, H), 1 / (200 * H), 200.0)
+    ends = np.flatnonzero(np.diff(found, prepend=1.0, append=1.0))  # of constant runs
+    longest = np.argmax(np.diff(ends))
+    tones = found[ends[longest + 1] :][: 8 * 200]  # eight loops
+    assert np.abs(np.diff(found)).max() < 2 * np.abs(np.diff(tones)).max()
+    power = np.abs(np.fft.rfft(tones)) ** 2
+    loops = np.arange(len(power)) / 8  # periods in a loop of the record
+    slow, fast, none = (power[(loops >= a) & (loops <= b)].sum() for a, b in [(0.4, 2), (4, 9), (12, 50)])
+    assert 100 * none < fast < slow / 10
 
 
 def test_the_draw_is_the_one_that_tells_most_of_the_model() -> None:

@@ -84,8 +84,8 @@ def test_a_bandwidth_is_reached_or_refused_with_what_is_reachable(record: Path) 
     status, told = start(record, "--bandwidth", 900, "--reference", "sine")
     assert status == 1
     (reason,) = told["verdict"]["reasons"]
-    assert "900 Hz is asked for" in reason
-    assert 45 < float(reason.split("; ")[1].split(" Hz")[0]) < 300
+    assert "the required bandwidth is 900 Hz" in reason
+    assert 45 < float(reason.split("the largest one found is ")[1].split(" Hz")[0]) < 300
     assert not (record.parent / "mine" / "loop").exists(), "no loop stays that does not do what is asked"
 
 
@@ -95,14 +95,14 @@ def test_a_controller_can_be_named_or_left_out(record: Path) -> None:
     assert (status, told["verdict"]["controller"]) == (0, "ppf")
     status, told = start(record, "--controller", "none", "--reference", "sine")
     assert (status, told["verdict"]["controller"], told["verdict"]["feedback"]) == (0, "none", "none")
-    assert "none is asked for" in told["verdict"]["reasons"][0]
+    assert "the option --controller is none" in told["verdict"]["reasons"][0]
 
 
 @pytest.mark.stress
 def test_an_error_below_what_the_device_gives_is_refused(record: Path) -> None:
     status, told = start(record, "--error", 1e-4, "--reference", "sine")
     assert status == 1
-    assert "is reachable" in told["verdict"]["reasons"][0]
+    assert "the expected one is" in told["verdict"]["reasons"][0]
 
 
 @pytest.mark.stress
@@ -132,3 +132,11 @@ def test_a_bad_requirement_is_one_line(record: Path, words: list[str], rule: str
     line = [line for line in (out + err).splitlines() if rule in line]
     assert status == 2 or (status == 1 and line[0].startswith("no loop: "))
     assert line, out + err
+
+
+def test_a_bad_reference_in_a_file_is_one_line(record: Path, tmp_path: Path) -> None:
+    (tmp_path / "asked.toml").write_text('reference = ["sine:20", 3]\n')
+    words = ["--requirements", tmp_path / "asked.toml", "-o", tmp_path / "mine"]
+    status, _, err = call("start", record, "--model", "prandtl_ishlinskii", *words)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "The 'reference' must be SHAPE, SHAPE:HZ or a file, or a list of these. Got ['sine:20', 3]" in err

@@ -30,7 +30,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     lines = ["Zeit [ms];Spannung [V];Weg [µm]", *(f"{1e3 * t:.1f};{u:.6f};{y:.6f}" for t, u, y in _rows(data))]
     (folder / "messung.csv").write_text("\r\n".join(lines).replace(".", ","), encoding="cp1252")
     words = ["--time", "Zeit [ms]", "--model", "prandtl_ishlinskii", "--json"]
-    status, out, _ = call("start", folder / "messung.csv", *words, "-o", folder / "mine")
+    status, out, _ = call("start", folder / "messung.csv", *words, "-o", folder / "my loop")
     (folder / "told.json").write_text(out)
     assert status == 0, out
     return folder
@@ -43,8 +43,8 @@ def _rows(data: hy.Dataset) -> list[tuple[float, float, float]]:
 def test_milliseconds_are_not_seconds(made: Path) -> None:
     told = json.loads((made / "told.json").read_text())
     assert told["verdict"]["approved"]
-    assert json.loads((made / "mine" / "verdict.json").read_text()) == told["verdict"]
-    assert hy.Model.load(made / "mine" / "messung.model.toml").step == pytest.approx(1e-3)
+    assert json.loads((made / "my loop" / "verdict.json").read_text()) == told["verdict"]
+    assert hy.Model.load(made / "my loop" / "messung.model.toml").step == pytest.approx(1e-3)
 
 
 def test_every_drawn_device_stays_within_its_bound(made: Path) -> None:
@@ -58,6 +58,7 @@ def test_every_drawn_device_stays_within_its_bound(made: Path) -> None:
 def test_each_artefact_is_there_and_its_command_repeats_it(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     files = json.loads((made / "told.json").read_text())["files"]
     assert all(Path(f["path"]).exists() for f in files.values())
+    assert not [w for f in files.values() for w in shlex.split(f["command"]) if w.endswith("my")]  # a quoted blank
     monkeypatch.chdir(made)
     before = Path(files["model"]["path"]).read_text()
     status, out, err = call(*shlex.split(files["model"]["command"])[1:])
@@ -75,7 +76,7 @@ def test_each_artefact_is_there_and_its_command_repeats_it(made: Path, monkeypat
 
 @pytest.mark.stress
 def test_the_study_of_drawn_devices_runs_as_it_is(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    command = shlex.split(json.loads((made / "told.json").read_text())["files"]["study of drawn devices"]["command"])
+    command = shlex.split(json.loads((made / "told.json").read_text())["files"]["study of random devices"]["command"])
     monkeypatch.chdir(made)
     status, out, err = call(*command[1:], "--json")
     assert status == 0, out + err
@@ -86,7 +87,7 @@ def test_the_study_of_drawn_devices_runs_as_it_is(made: Path, monkeypatch: pytes
 
 
 def test_the_loop_runs_to_the_same_bits_in_both_engines(made: Path) -> None:
-    loop = hy.Scenario.load(made / "mine" / "loop")
+    loop = hy.Scenario.load(made / "my loop" / "loop")
     one, two = (loop.run("nested", engine=e).trace for e in ("native", "fmpy"))
     assert one is not None
     assert two is not None

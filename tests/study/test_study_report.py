@@ -36,11 +36,11 @@ def test_shares_with_intervals_the_least_first() -> None:
         lo, hi = interval(count, 40)
         assert bar.interval == pytest.approx((100 * lo, 100 * hi))
         assert bar.text == f"{100 * count / 40:.3g} % ({100 * lo:.3g} to {100 * hi:.3g})"
-    assert found.title == "draws inside the limits, with 95 % intervals"
+    assert found.title == "variations inside the limits, with 95 % intervals"
     grid = figures.shares(summed(spread("m", 0.9), between=False))
     assert grid is not None
     assert [(b.interval, b.text) for b in grid.bars] == [(None, "75 %"), (None, "90 %")]
-    assert grid.title == "draws inside the limits"
+    assert grid.title == "variations inside the limits"
     assert figures.shares(summed(spread("free", None))) is None
     many = figures.shares(summed(*(spread(f"m{k}", 0.5 + k / 100) for k in range(9))))
     assert many is not None
@@ -73,7 +73,7 @@ def test_dots_over_the_three_strongest(limit: float | None) -> None:
     assert all((p.y_label, p.points) == ("m (um)", 1000) for p in plots)
     lines = plots[0].lines
     if limit is None:
-        assert [line.name for line in lines] == ["draws"]
+        assert [line.name for line in lines] == ["variations"]
         assert lines[0].x == pytest.approx(x[:, 1])
     else:
         assert [line.name for line in lines] == ["within the limit", "above it", "limit"]
@@ -153,7 +153,7 @@ def test_a_line_for_each_draw_across_its_values() -> None:
     assert ratio.at.tolist() == pytest.approx([1 / 6, 1 / 3, 2 / 3, 1])
     assert ratio.limit == pytest.approx(1 / 3)
     assert drawn.good.tolist() == [True, True, False, False]
-    assert drawn.title == "all 4 draws, each a line across its values"
+    assert drawn.title == "all 4 variations, each a line across its values"
     free = figures.all_draws(study(), LABELS, [case()], rows)
     assert free is not None
     assert len(free.axes) == 2
@@ -331,15 +331,15 @@ FREE = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, None, None),)
 @pytest.mark.parametrize(
     ("told", "sentence"),
     [
-        (Summary(8, 2, 0, 0, None, FREE, ()), "8 draws without limits; none is unstable."),
-        (Summary(8, 2, 1, 3, None, FREE, ()), "8 draws without limits; 1 is unstable; 3 could not be run."),
+        (Summary(8, 2, 0, 0, None, FREE, ()), "8 variations without limits; none is unstable."),
+        (Summary(8, 2, 1, 3, None, FREE, ()), "8 variations without limits; 1 is unstable; 3 could not be run."),
         (
             Summary(8, 2, 2, 0, None, LIMITED, ()),
-            "2 of 8 draws are inside the limits (25 %); 2 are unstable.",
+            "2 of 8 variations are inside the limits (25 %); 2 are unstable.",
         ),
         (
             Summary(8, 2, 0, 1, (0.0312, 0.651), LIMITED + FREE, ()),
-            "2 of 8 draws are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "
+            "2 of 8 variations are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "
             "unstable; 1 could not be run.",
         ),
     ],

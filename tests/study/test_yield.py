@@ -84,7 +84,7 @@ def test_the_share_is_that_of_the_closed_form_and_the_worst_draw_runs_again(
     assert hy.study(write(**DRAWS), tmp_path / "out", workers=1).ran == 0  # the seed is kept with the table
     assert hy.study(write(**DRAWS), tmp_path / "other", workers=1).seed != outcome.seed
     sections = json.loads((tmp_path / "out" / "report.json").read_text())["sections"]
-    assert sections[0]["text"].startswith(f"{good} of 40 draws are inside the limits")
+    assert sections[0]["text"].startswith(f"{good} of 40 variations are inside the limits")
     case = next(s for s in sections if s["title"] == "Case one")
     index, command, settings = case["tables"][-1]["rows"][0]
     last = max(row["metrics"]["last"] for row in outcome.rows if row["case"] == "one")
@@ -113,7 +113,7 @@ def test_a_draw_that_loses_its_reference_is_counted_as_unstable(write: Any, tmp_
     result = CliRunner().invoke(
         main, ["study", str(write(of_scenario={"metrics": metrics}, **study)), "-o", str(tmp_path / "out")]
     )
-    assert "1 of 2 draws are inside the limits (50 %); 1 is unstable." in result.output
+    assert "1 of 2 variations are inside the limits (50 %); 1 is unstable." in result.output
 
 
 def test_second_order_dynamics_follow_their_frequency_and_damping(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_shares_percentiles_and_changed_draws_are_those_of_the_closed_form(made:
     old, new = made("old", 0.5, seed), made("new", 0.4, seed)
     before, after = last(old, 0.5), last(new, 0.4)
     found = {(c.title, c.what): (c.old, c.new) for c in compare_studies(old, new, tmp_path / "out.html")}
-    for what, value in (("last, 50 % of the draws", 50), ("last, 99 % of the draws", 99)):
+    for what, value in (("last, 50 % of the variations", 50), ("last, 99 % of the variations", 99)):
         expected = [float(np.quantile(v, value / 100, method="inverted_cdf")) for v in (before, after)]
         assert found["decay/one", what] == pytest.approx(expected, rel=1e-9)
     good = [v <= 3.0 for v in (before, after)]
@@ -194,18 +194,18 @@ def test_shares_percentiles_and_changed_draws_are_those_of_the_closed_form(made:
     assert found.get(("all cases", "inside the limits, %"), (shares[0],) * 2) == pytest.approx(shares)
     text = (tmp_path / "out.html").read_text()
     moved = int(np.sum(good[0] != good[1]))
-    assert f"{good[0].sum()} of 40 draws" in text
-    assert (f"{moved} draws changed their verdict, 0 to inside and {moved} to outside" in text) == (moved > 0)
+    assert f"{good[0].sum()} of 40 variations" in text
+    assert (f"{moved} variations changed their verdict, 0 to inside and {moved} to outside" in text) == (moved > 0)
     assert compare_studies(old, old, tmp_path / "same.html") == []
-    assert "No draw changed its verdict." in (tmp_path / "same.html").read_text()
+    assert "No variation changed its verdict." in (tmp_path / "same.html").read_text()
 
 
 def test_other_draws_have_no_pairs_and_grid_points_no_interval(made: Made, tmp_path: Path) -> None:
     compare_studies(made("a", seed=1), made("b", seed=2), tmp_path / "out.html")
-    assert "no draw has two verdicts" in (tmp_path / "out.html").read_text()
+    assert "no variation has two verdicts" in (tmp_path / "out.html").read_text()
     compare_studies(made("g", method="grid"), made("h", 0.3, method="grid"), tmp_path / "grid.html")
     text = (tmp_path / "grid.html").read_text()
-    assert " of 9 draws (" in text
+    assert " of 9 variations (" in text
     assert "95 % interval" not in text
 
 

@@ -45,13 +45,19 @@ void hyst_graph_defaults(hyst_graph *g) {
 }
 
 static hyst_status prepare(hyst_graph *g, double dt, unsigned flags) {
+  const int fits = !g->changed; /* the derived values are those of the last dt, to which a refusal returns */
+  const double before = g->dt;
   g->dt = dt;
   g->changed = 0;
   for (int i = 0; i < g->n_nodes; i++) {
     const hyst_node *n = g->nodes + i;
     if (!n->block->prepare || (n->block->flags & flags) != flags) continue;
     const char *wrong = n->block->prepare(n->dim, n->p, dt);
-    if (wrong) return g->changed = 1, hyst_fail(&g->error, HYST_E_PREPARE, n->name, NULL, wrong);
+    if (!wrong) continue;
+    g->dt = before;
+    g->changed = 1;
+    if (fits) prepare(g, before, 0);
+    return hyst_fail(&g->error, HYST_E_PREPARE, n->name, NULL, wrong);
   }
   return HYST_E_OK;
 }

@@ -123,8 +123,8 @@ def _papers(folder: str | None) -> ModuleType:
     home = (here_or_shipped("scenarios/papers") if folder is None else Path(folder)).resolve()
     if home.name != "papers" or not (home / "__init__.py").is_file():
         raise InputError(
-            f"{home}: The papers must be in a folder scenarios/papers, as in the repository of HystFMU; no package has "
-            "them. Run the command in a checkout, or name the folder with --papers DIR."
+            f"{home}: The papers must be in a folder scenarios/papers, which only the repository of HystFMU "
+            "contains. Run the command in a clone, or name the folder with --papers DIR."
         )
     sys.path.insert(0, str(home.parent))
     return importlib.import_module("papers")
@@ -233,9 +233,9 @@ def start(
         if loop.race.found:
             say("\n" + table(*race_table(loop, page=False)))
             for why in dict.fromkeys(loop.race.refused.values()):
-                say(f"left out: {', '.join(n for n, reason in loop.race.refused.items() if reason == why)}: {why}")
+                say(f"not usable: {', '.join(n for n, reason in loop.race.refused.items() if reason == why)}: {why}")
         say("\n" + table(*reference_table(made.verdict)))
-        head = ["case", "RMS % of stroke", "max %", "asked RMS %", "verdict", "what"]
+        head = ["case", "RMS % of stroke", "max %", "limit, RMS %", "verdict", "difference"]
         detail("\n" + table(head, [[*c.values()] for c in cases]))
         limits_of_loop = [
             [v.limit, "unstable" if v.value is None else f"{v.value:.3g}", f"{v.bound:g}", v.word, v.where]
@@ -246,7 +246,7 @@ def start(
     notes = [*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())]
     for note in notes:
         echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
-    say("\nfiles, and the commands that make them:")
+    say("\nfiles, and the commands that write them:")
     for what, (path, command) in made.files.items():
         say(f"{what}: {path}\n    {command}")
     verdict(sentence(made.verdict), made.approved)

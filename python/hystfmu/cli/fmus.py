@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from hystfmu.base import InputError
+from hystfmu.base import InputError, together
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.scenarios import RUN, found
 from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, WrittenFile, WrittenFolder, of
@@ -128,34 +128,47 @@ def export(
     if in_range:
         loaded = loaded.with_in_range()
     own = Path(model).name.removesuffix(".toml").removesuffix(".model") if Path(model).suffix else None
-    if folder is not None:
-        from hystfmu.modelica.actuator import actuator_told
-        from hystfmu.modelica.classes import shipped_library
-        from hystfmu.modelica.package import package_name
-        from hystfmu.modelica.realisation import left_out
+    with together():
+        made = None if how["path"] is None else loaded.export(**how | {"name": how["name"] or own})
+        written = None if folder is None else _package(loaded, folder, model, how["name"], sheet)
+    if written is not None:
+        _told(loaded, written, sheet)
+    if made is not None:
+        _wrote(made, how)
 
-        file = Path(model).name
-        package, data = how["name"] or package_name(own or file), sheet or None
-        try:
-            written = loaded.export_modelica(Path(folder) / package, file, data)
-        except InputError as e:
-            raise InputError(f"{model}: {e}") from None
-        say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
-        for kind, why in left_out(loaded.graph).items():
-            say(f"no realisation {kind}: {why}")
-        if (written / "Actuator.mo").is_file():
-            say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
-        for line in actuator_told(loaded, data):
-            say(line)
-        say(f"library path of HystFMU, which it uses: {shipped_library()}")
-    if how["path"] is not None:
-        _wrote(loaded.export(**how | {"name": how["name"] or own}), how)
+
+def _package(loaded: hy.Model, folder: str, model: str, name: str | None, sheet: dict[str, Any]) -> Path:
+    """Write a model as a Modelica package, and return the folder of the package."""
+    from hystfmu.modelica.package import package_name
+
+    file = Path(model).name
+    package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
+    try:
+        return loaded.export_modelica(Path(folder) / package, file, sheet or None)
+    except InputError as e:
+        raise InputError(f"{model}: {e}") from None
+
+
+def _told(loaded: hy.Model, written: Path, sheet: dict[str, Any]) -> None:
+    """Print what a Modelica package contains."""
+    from hystfmu.modelica.actuator import actuator_told
+    from hystfmu.modelica.classes import shipped_library
+    from hystfmu.modelica.realisation import left_out
+
+    say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
+    for kind, why in left_out(loaded.graph).items():
+        say(f"no realisation {kind}: {why}")
+    if (written / "Actuator.mo").is_file():
+        say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
+    for line in actuator_told(loaded, sheet or None):
+        say(line)
+    say(f"the package needs the library HystFMU in {shipped_library()}")
 
 
 def _stepped(model: hy.Model, step: float) -> hy.Model:
     """Return a model that had no sample period with the sample period `step` (s)."""
     if model.step is not None:
-        raise InputError(f"--step must be left out: the model was identified with a step of {model.step:g} s")
+        raise InputError(f"--step must not be given: the model has a step of {model.step:g} s")
     if not 0 < step < float("inf"):
         raise InputError(f"--step must be a number of seconds above 0. Got {step:g} instead.")
     return replace(model, step=step)
@@ -164,7 +177,7 @@ def _stepped(model: hy.Model, step: float) -> hy.Model:
 def _wrote(path: Path, how: Mapping[str, Any]) -> None:
     say(f"wrote {path}: FMI {how['fmi']}.0, {path.stat().st_size // 1024} kB")
     if how["source"]:
-        say(f"its source is one C99 file; it needs fmi{how['fmi']}Functions.h of the FMI standard and the C library")
+        say(f"the C source is one C99 file; it needs fmi{how['fmi']}Functions.h of the FMI standard and the C library")
 
 
 def _controller(scenario: str, case: str | None, target: str | None, how: Mapping[str, Any]) -> None:
@@ -177,17 +190,21 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
     if how["path"] is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
     chosen = Cases(found([scenario])[0]).named(case)
+    with together():
+        if target is not None:
+            files, made = write_target(chosen, target, how["name"])
+        if how["path"] is not None:
+            made = controller(chosen)
+            path = export_fmu(made.model, **how)
     if target is not None:
-        files, made = write_target(chosen, target, how["name"])
         say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
     if how["path"] is not None:
-        made = controller(chosen)
-        _wrote(export_fmu(made.model, **how), how)
-    say(f"in it: {', '.join(made.units)}; left out: {', '.join(made.left_out)}")
+        _wrote(path, how)
+    say(f"included units: {', '.join(made.units)}; omitted units: {', '.join(made.left_out)}")
     ports = [p for p in made.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]
-    say(table(["port", "", "measured in", "meaning"], rows))
-    say(f"one step for each sample, every {made.model.step:g} s")
+    say(table(["port", "", "unit of measure", "meaning"], rows))
+    say(f"sample time: {made.model.step:g} s")
 
 
 def _block(name: str, values: Mapping[str, Any]) -> Block:
@@ -245,20 +262,20 @@ def ssp(
     case = Cases(found([scenario])[0]).named(name)
     if out.endswith(".fmu"):
         path = write_loop(case, out, fmi)
-        say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one, step {case.step:g} s")
+        say(f"{path}: FMI {fmi}.0, case {case.name}, {len(case.units)} units in one FMU, step {case.step:g} s")
         return
     written = write_ssp(case, out, version, fmi=fmi, **how)
     made = f"{len(case.units)} units in {written.components} component{'s' if written.components > 1 else ''}"
     say(f"{out}: SSP {version}, case {case.name}, {made}, step {case.step:g} s")
     listed = ", ".join(f"{name} {value:.2g} %" for name, value in written.differences.items())
-    say(f"largest difference to the scenario, of its span: {listed}")
+    say(f"largest difference from the scenario, in percent of the span: {listed}")
     if max(written.differences.values()) > 1e-6:
         late = "values reach other components one step late; " if written.components > 1 else ""
-        say(f"its reason: {late}readers know no events inside a step and no finer steps")
+        say(f"reason: {late}other importers have no events within a step and no finer steps")
     if worse := [f"{name} differs by {x:.2g} %" for name, x in written.differences.items() if not x <= tolerance]:
         echo(
             f"{out}: does not reproduce the scenario within {tolerance:g} % of the span: {', '.join(worse)};"
-            " the file is kept, for a master that couples better"
+            " the command has written the file in spite of this"
         )
         answer(None, False)
 

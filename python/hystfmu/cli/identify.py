@@ -74,6 +74,14 @@ class Columns:
                 raise
             return hy.read(path, **options | {"output": None})
 
+    def read_for(self, model: hy.Model, path: str, with_output: bool = True) -> hy.Dataset:
+        """Read a data file with the covariates of a model. The option ``--covariate`` may give them other headings."""
+        from hystfmu.model import beside
+
+        names = beside(model.graph)
+        measured = self.read(path, with_output, names)
+        return measured.with_names(names) if len(self.given["covariates"]) == len(names) else measured
+
 
 def data_options(*without: str, refused: Sequence[str] = ()) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Return a decorator that adds the options of a data file to a command. The command receives them as `columns`.
@@ -151,7 +159,7 @@ def fit(
 ) -> None:
     """Identify a model from measured data.
 
-    DATA is a text file with columns. The file may be compressed with gzip. The optional dependencies 'files' add
+    DATA is a text file with columns. The file may be compressed with gzip. The extra 'files' adds
     further formats, such as xlsx and HDF5. The command detects encoding, separator, decimal sign, header lines and
     units of measure, and prints all assumptions in one line. If several files are given, each file is a separate
     record. The model starts from its initial state in each record.
@@ -214,13 +222,13 @@ def fit(
             for k, e in p["auto"].items()
         ]
         first = [(n, "not tried") for n in p["auto_not_tried"]]
-        for name, word in [*first, *((n, "left out") for n in p["auto_left_out"] if n not in p["auto_not_tried"])]:
+        for name, word in [*first, *((n, "discarded") for n in p["auto_left_out"] if n not in p["auto_not_tried"])]:
             say(f"{word}: {name}: {p['auto_left_out'][name]}")
         say(table(["candidate", "validation RMS %FS", "of single blocks", "parameters", "inverse"], rated))
         say(f"memory: {f['memory']} ({f['loops']} minor loops, gap {f['gap_percent']:.2g} % of the span of y)")
         say(f"rate dependence: {f['rate']}\n")
     if "lag" in f and not any("lags" in w for w in f.get("warnings", ())):
-        say(f"lag: {f['lag']}; the model follows it")
+        say(f"lag: {f['lag']}; the model contains this lag")
     for warning in f.get("warnings", ()):
         echo(f"warning: {warning}", err=True)
     if shown_free := free_table(model):
@@ -292,19 +300,16 @@ def predict(model: str, data: str, out: WrittenFile, columns: Columns) -> None:
     Parameters
     ----------
     out : str
-        CSV file to write. Its columns are t, u, y and the covariates.
+        CSV file to write. Its columns are t, u, y and the covariates, and the record number of several records.
     """
     import hystfmu as hy
     from hystfmu.face.interval import free_run, parts, table_of
-    from hystfmu.model import beside, rows_of
+    from hystfmu.model import rows_of
     from hystfmu.model.coverage import WARN, clamped
     from hystfmu.report.terminal import table
 
     m = hy.Model.load(model)
-    names = beside(m.graph)
-    measured = columns.read(data, with_output=False, covariates=names)
-    if len(columns.given["covariates"]) == len(names):
-        measured = measured.with_names(names)
+    measured = columns.read_for(m, data, with_output=False)
     y = free_run(m, measured)
     measured.with_output(y).to_csv(out)
     outside = measured.along(lambda rows: clamped(m.graph, rows, measured.h), inputs=rows_of(m.graph, measured))
@@ -312,7 +317,7 @@ def predict(model: str, data: str, out: WrittenFile, columns: Columns) -> None:
     if share > WARN:
         echo(
             f"warning: {measured.place(int(outside.argmax()))} and {share:.3g} % of all rows lie outside the training "
-            f"range of {model}, which clips its inputs there",
+            f"range of {model}; the model clips these inputs",
             err=True,
         )
     found = parts(y, measured, False) if measured.has_output else []
@@ -338,7 +343,8 @@ def check(model: str, data: str, columns: Columns, factor: float) -> None:
     model on DATA with the error stated in MODEL. The stated error is the error on held-out rows, or the error on
     training rows if the fit had no held-out rows. Rows with inputs outside the training range are ignored. The table
     has one line each for offset, gain, lag and loop shape. Each line states the error that remains if only this
-    property is corrected. The exit status is 1 if the device has drifted.
+    property is corrected. The exit status is 1 if the device has drifted. The covariate columns are found as in
+    'hystfmu predict'.
 
     \b
     Example: hystfmu check piezo.model.toml today.csv
@@ -346,13 +352,14 @@ def check(model: str, data: str, columns: Columns, factor: float) -> None:
     import hystfmu as hy
     from hystfmu.report.terminal import table
 
-    measured = columns.read(data)
-    found = hy.Model.load(model).check(measured, factor)
+    m = hy.Model.load(model)
+    measured = columns.read_for(m, data)
+    found = m.check(measured, factor)
     say(measured.read_as)
     unit = f" ({measured.unit_y})" if measured.unit_y else ""
     rows = [[p.name, p.value, f"{p.left:.4g}"] for p in found.parts]
-    say(table(["change of", "value", f"RMS left{unit}"], [["nothing", "", f"{found.rms:.4g}"], *rows]))
-    say(f"{found.inside:.3g} % of the rows lie in the trained range and reach {found.reached:.3g} % of it")
+    say(table(["corrected property", "value", f"remaining RMS{unit}"], [["none", "", f"{found.rms:.4g}"], *rows]))
+    say(f"{found.inside:.3g} % of the rows are in the training range; they cover {found.reached:.3g} % of this range")
     echo(str(found)) if found.drifted else say(str(found))
     answer(asdict(found), not found.drifted)
 
@@ -409,8 +416,8 @@ def inverse(model: str, out: WrittenFile, options: dict[str, Any], **how: Any) -
         say(f"inputs {inputs}; outputs {outputs}")
     if late := made.fit.get("lag_steps"):
         say(
-            f"the output of the model lags the wanted output by {late} steps ({made.fit['lag']:.3g} s), accurately up "
-            f"to {made.fit['band']:.3g} Hz: give the reference earlier by this lag"
+            f"the output of the model lags the wanted output by {late} steps ({made.fit['lag']:.3g} s), for "
+            f"frequencies up to {made.fit['band']:.3g} Hz; a reference that leads by {late} steps compensates this lag"
         )
     for warning in made.fit.get("warnings", ()):
         echo(f"warning: {warning}", err=True)

@@ -92,23 +92,23 @@ def train_rows(train: slice | Sequence[int] | str | None, n: int, where: str = "
     if isinstance(train, str):
         m = _RANGE.match(train)
         if not m:
-            raise InputError(f"{where}: The train rows must read first:end, e.g. 2000:4200. Got {train!r} instead.")
+            raise InputError(f"{where}: The training rows must read first:end, e.g. 2000:4200. Got {train!r} instead.")
         first, end = (int(m[1]) if m[1] else 0), (int(m[2]) if m[2] else n)
     elif isinstance(train, slice):
         shown = f"{train.start}:{train.stop}"
         if any(k is not None and not isinstance(k, (int, np.integer)) for k in (train.start, train.stop)):
-            raise InputError(f"{where}: The train rows must be integers. Got {shown} instead.")
+            raise InputError(f"{where}: The training rows must be integers. Got {shown} instead.")
         if train.step not in (None, 1):
-            raise InputError(f"{where}: The train rows must be consecutive. Got step {train.step} instead.")
+            raise InputError(f"{where}: The training rows must be consecutive. Got step {train.step} instead.")
         first = 0 if train.start is None else int(train.start)
         end = n if train.stop is None else int(train.stop)
     else:
         if len(train) != 2:
-            raise InputError(f"{where}: The train rows must be two, first and end. Got {len(train)} instead.")
+            raise InputError(f"{where}: The training rows must be two, first and end. Got {len(train)} instead.")
         first, end = (int(k) for k in train)
     if not 0 <= first < end <= n or end - first < LEAST_ROWS:
         raise InputError(
-            f"{where}: The train rows must be at least {LEAST_ROWS} rows inside 0:{n}. Got {shown} instead."
+            f"{where}: The training rows must be at least {LEAST_ROWS} rows inside 0:{n}. Got {shown} instead."
         )
     return slice(first, end)
 
@@ -192,7 +192,7 @@ def check_time(t: Array, place: Callable[[int], str], digits: Callable[[], Array
     n = int(np.argmax(error)) + 1
     raise InputError(
         f"{place(n)}: The time must increase in equal steps (to 1e-6 of the step, or to the digits printed). "
-        f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample on request (--resample)."
+        f"Got a step of {t[n] - t[n - 1]:.9g} s, the mean is {h:.9g} s: resample the record (--resample)."
     )
 
 

@@ -339,7 +339,7 @@ class Dataset:
             return first if train is None else first.with_train(train)
         covariates = Covariates.joined([part.covariates for part in records])
         made = cls(t, u, y, name, "", train, first.unit_u, first.unit_y, starts, covariates)
-        return made.from_file("; ".join(part.read_as for part in records if part.read_as), None, first.titles)
+        return made.from_file("; ".join(dict.fromkeys(p.read_as for p in records if p.read_as)), None, first.titles)
 
     @classmethod
     def from_signal(cls, u: Array, y: Array, h: float = 1.0, name: str = "data", train: slice | None = None) -> Dataset:
@@ -441,15 +441,24 @@ class Dataset:
         return self
 
     def to_csv(self, path: str | Path) -> None:
-        """Write t, u, y and the covariates to the CSV file `path`. Reading the file gives bit-identical values."""
+        """Write t, u, y and the covariates to the CSV file `path`. Reading the file gives bit-identical values.
+
+        If there are several records, the column "record number" contains their numbers.
+        """
+        write_csv(path, {"t": self.t, "u": self.u, "y": self.y, **self._beside()})
+
+    def _beside(self) -> dict[str, Array]:
+        """Return the covariates by label and, of several records, their numbers."""
         columns = dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
-        write_csv(path, {"t": self.t, "u": self.u, "y": self.y, **columns})
+        if len(self.starts) > 1:
+            columns["record number"] = np.searchsorted(self.starts, np.arange(len(self.t)), side="right").astype(float)
+        return columns
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the data as a data frame with the index ``t [s]`` and the columns u, y and covariates.
 
         The column names contain the units of measure in brackets. `hystfmu.read` converts the data frame back to a data
-        set with the same values.
+        set with the same values. If there are several records, the column "record number" contains their numbers.
 
         Raises
         ------
@@ -461,6 +470,5 @@ class Dataset:
         with extras("to_pandas()"):
             import pandas
         labels = [f"{k} [{unit}]" if unit else k for k, unit in (("u", self.unit_u), ("y", self.unit_y))]
-        columns = dict(zip(labels, (self.u, self.y), strict=True))
-        columns |= dict(zip(self.covariates.labels, self.covariates.values.T, strict=True))
+        columns = dict(zip(labels, (self.u, self.y), strict=True)) | self._beside()
         return pandas.DataFrame(columns, index=pandas.Index(self.t, name="t [s]"))

@@ -82,7 +82,7 @@ def minor_loops(loops: int = 6, amplitude: float = 0.25, samples: int = 120) -> 
 
 @checked
 def held_out(seed: int = 1000) -> dict[str, Array]:
-    """Return the held-out signals that test a model, by name. All tables of the documentation use these signals.
+    """Return the held-out signals that test a model, by name, with values in [-1, 1].
 
     Parameters
     ----------

@@ -253,4 +253,4 @@ def _check(graph: Graph, h: float, system: StateSpace) -> None:
     size = float(np.abs(said).max())
     if not (np.isfinite(moved).all() and np.abs(moved - said).max() <= SAME * size + 1e-3 * SMALL * (size == 0)):
         names = ", ".join(dict.fromkeys(n.type for n in graph.nodes))
-        raise InputError(f"The blocks must be linear at rest to have margins. Got {names}, which move otherwise.")
+        raise InputError(f"The blocks must be linear at rest to have margins. Got {names}, which are not.")

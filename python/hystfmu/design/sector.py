@@ -160,7 +160,7 @@ def slopes_along(path: Array, *chain: Graph, h: float) -> tuple[float, float]:
     dv = np.diff(v)
     largest = np.abs(dv).max(initial=0.0)
     if not largest > 0:
-        raise InputError("The path must move to have slopes. Got a constant one.")
+        raise InputError("The path of a sector must vary. Got a constant path.")
     moved = np.flatnonzero(np.abs(dv) > MOVED * largest) + 1
     if any(_drifts(n) for graph in chain for n in graph.nodes):
         moved = moved[:: -(-len(moved) // COMPARED)]

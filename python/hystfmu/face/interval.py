@@ -222,7 +222,7 @@ def interval_text(found: Known | None, unit: str) -> str:
         others = f"It holds for signals like those of the record. It is not known to hold for {_listed(found.not_for)}."
     return (
         f"The error of a row of a new record is within +-{i.half_width:.4g}{of} with a probability of 95 % (conformal "
-        f"over {i.blocks} blocks of the errors {found.rows_of}). {others} Measured with each block left out: "
+        f"over {i.blocks} blocks of the errors {found.rows_of}). {others} Test with each block omitted in turn: "
         f"{i.coverage:.1f} % of {i.rows} rows are inside, {i.lowest:.0f} % in the worst block."
     )
 

@@ -406,9 +406,9 @@ class Model(hystfmu.model.Model):
     ) -> Path:
         """Write a Modelica package with the record ``Values``, the block ``Model`` and the model ``Example``.
 
-        If the input is in volts and the output is a length, the package also contains ``Actuator`` and
-        ``ActuatorExample``. ``Actuator`` is a piezo actuator in SI units with electrical pins and mechanical flanges.
-        ``ActuatorExample`` moves a mass with this actuator.
+        If the output is a length, and the input is in volts or amperes, the package also contains ``Actuator`` and
+        ``ActuatorExample``. ``Actuator`` is a piezo or magnetostrictive actuator in SI units with electrical pins and
+        mechanical flanges. ``ActuatorExample`` moves a mass with this actuator.
 
         Parameters
         ----------
@@ -419,8 +419,9 @@ class Model(hystfmu.model.Model):
         sheet : mapping of (str, float), optional
             Data-sheet values in SI units. ``stroke`` and ``blocking_force`` must be given together. ``resonance`` is
             the natural frequency (Hz) of the actuator with one fixed end, and ``damping`` is its damping ratio.
-            ``capacitance`` is the small-signal value. ``capacitance_ratio`` is the mean value divided by the
-            small-signal value, by default 1.6.
+            For volts, ``capacitance`` is the small-signal value (F), and ``capacitance_ratio`` is the mean value
+            divided by the small-signal value, by default 1.6. For amperes, ``inductance`` is the mean value (H), and
+            ``resistance`` is the resistance of the coil (ohm).
 
         Raises
         ------

@@ -231,14 +231,23 @@ class Scenario:
         Parameters
         ----------
         name : str
+            Name of the metric.
         kind : str
-            Kind of metric: rms_percent, max_percent and between_samples_percent for the difference `signal` -
-            `against`, or variation_ratio, rms, peak, final or loop_area_percent. `hystfmu.scenario.outcome.metrics`
-            defines all kinds.
+            Kind of metric. The error e is `signal` - `against`.
+
+            - ``rms_percent``, ``rms``: RMS value of e, also between samples, in percent of the stroke or in the unit of
+              measure of `signal`
+            - ``max_percent``: largest abs(e), also between samples
+            - ``between_samples_percent``: ripple, that is, largest deviation of e from the line between two samples
+            - ``variation_ratio``: total variation of `signal` divided by that of `against`, at samples
+            - ``peak``: largest abs(`signal`)
+            - ``final``: abs(e) at the end, or abs(`signal`) without `against`
+            - ``loop_area_percent``: area of the loop of `signal` over `against`, in percent of the rectangle of their
+              spans; the window must be one period
         signal, against : str
-            Signals ``unit.output``. Most kinds of metric compare the two signals.
+            Signals ``unit.output``. Only ``peak`` and ``final`` do not need `against`.
         limit : float, optional
-            Largest allowed value.
+            Largest allowed value, in the unit of the metric.
         stroke : float, optional
             Value that corresponds to 100 percent. The default is the span of `against`.
         after : float, optional
@@ -273,6 +282,7 @@ class Scenario:
         Parameters
         ----------
         name : str
+            Name of the case.
         text : str
             Description in one line.
         stop, after : float, optional

@@ -15,6 +15,7 @@ import errno
 import hashlib
 import io
 import json
+import lzma
 import os
 import posixpath
 import re
@@ -109,7 +110,7 @@ def unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
             # mode "x": if two names differ only in case, Windows and macOS would overwrite the first file
             with archive.open(entry) as packed, path.open("xb") as unpacked:
                 shutil.copyfileobj(packed, unpacked, 1 << 20)
-        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as e:
+        except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, RuntimeError) as e:
             problems.append(f"{_shown(entry.filename)} cannot be unpacked: {e}")
         except OSError as e:
             if e.errno in _OF_THE_DISK:
@@ -175,7 +176,8 @@ def unpacked(path: str | Path, needs: str = XML) -> tuple[Path, str]:
         return _copy(Path(_temporary().name), digest, path, content, needs), digest
     except InputError:
         raise
-    except (zipfile.BadZipFile, ValueError) as e:  # ValueError: an offset in the directory is negative
+    # ValueError: an offset in the directory is negative; NotImplementedError: the version of the format is unknown
+    except (zipfile.BadZipFile, ValueError, NotImplementedError) as e:
         raise InputError(f"{path}: not a ZIP archive, or truncated ({e})") from None
     except OSError as e:
         raise InputError(f"{path}: cannot be unpacked: {e.strerror or e}") from None
@@ -308,6 +310,7 @@ def xml_file(root: ET.Element) -> bytes:
 _VERSION = 20  # version 2.0, needed for deflate
 _UNIX = 3
 _DEFLATE = 8
+_UTF_8 = 1 << 11  # flag of a name that is not ASCII
 _DATE = 1 << 5 | 1  # 1980-01-01, so that equal content gives equal files
 _FILE = 0o100000
 
@@ -327,7 +330,7 @@ class Deflated:
 
 
 def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> bytes:
-    """Return a zip archive of files with ASCII names, in the given order. Equal files give bit-identical archives.
+    """Return a zip archive of files, in the given order. Equal files give bit-identical archives.
 
     Files in the folder `executable` get the executable permission of Unix. All sizes are below 4 GB. The format is
     defined in PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12 and 4.3.16.
@@ -335,12 +338,13 @@ def zip_file(members: Mapping[str, bytes | Deflated], executable: str = "") -> b
     body, directory = b"", b""
     for name, given in members.items():
         member = given if isinstance(given, Deflated) else Deflated.of(given)
-        checksum = zlib.crc32(member.content)
-        sizes = struct.pack("<5H3I2H", _VERSION, 0, _DEFLATE, 0, _DATE, checksum, len(member.stream),
-                            len(member.content), len(name), 0)  # fmt: skip
+        checksum, encoded = zlib.crc32(member.content), name.encode()
+        flags = 0 if name.isascii() else _UTF_8
+        sizes = struct.pack("<5H3I2H", _VERSION, flags, _DEFLATE, 0, _DATE, checksum, len(member.stream),
+                            len(member.content), len(encoded), 0)  # fmt: skip
         mode = 0o755 if executable and name.startswith(executable) else 0o644
         place = struct.pack("<3H2I", 0, 0, 0, (_FILE | mode) << 16, len(body))
-        directory += b"PK\1\2" + struct.pack("<BB", _VERSION, _UNIX) + sizes + place + name.encode("ascii")
-        body += b"PK\3\4" + sizes + name.encode("ascii") + member.stream
+        directory += b"PK\1\2" + struct.pack("<BB", _VERSION, _UNIX) + sizes + place + encoded
+        body += b"PK\3\4" + sizes + encoded + member.stream
     end = struct.pack("<4H2IH", 0, 0, len(members), len(members), len(directory), len(body), 0)
     return body + directory + b"PK\5\6" + end

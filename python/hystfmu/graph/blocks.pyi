@@ -400,6 +400,25 @@ class Modes(Block):
         k: float | Sequence[float] | Array = 1.0,
     ) -> None: ...
 
+class ModifiedBoucWen(Block):
+    """Modified Bouc-Wen model of a magnetorheological damper."""
+
+    def __init__(
+        self,
+        *,
+        c_0: float = 0.1,
+        c_1: float = 2.0,
+        k_0: float = 0.2,
+        k_1: float = 0.05,
+        x_0: float = 0.0,
+        alpha: float = 5.0,
+        A: float = 1.0,
+        beta: float = 4.0,
+        gamma: float = 4.0,
+        n: float = 2.0,
+        z0: float = 0.0,
+    ) -> None: ...
+
 class NarxNetwork(Block):
     """NARX network: one hidden layer with lags of input and output."""
 

@@ -24,6 +24,7 @@ from hystfmu.graph.node import ContinuousState, Input, Node, Output, Port, Value
 
 MAGIC, VERSION = b"HYSTFMU\n", 2
 _TOKEN = 40
+_MOST_NAME = 255  # maximum length of a name in a block file
 
 
 def block_file(
@@ -288,6 +289,12 @@ class Graph:
             raise InputError(
                 f"The variables of a unit must have different names. Got {twice!r} twice: rename a block or a port."
             )
+        for name in (*(n.name for n in self.nodes), *(p.name for p in ports)):
+            if not (0 < len(name) <= _MOST_NAME and name.isascii() and name.isprintable()):
+                raise InputError(
+                    f"The name of a block or a port must have 1 to {_MOST_NAME} printable ASCII characters. "
+                    f"Got {name[:_MOST_NAME]!r} instead."
+                )
         return tuple(ports)
 
     def port(self, name: str) -> Port:

@@ -19,6 +19,7 @@ Kind = Literal[
     "krasnoselskii_pokrovskii",
     "lugre",
     "maxwell_slip_oscillator",
+    "modified_bouc_wen",
     "narx_network",
     "play_bank_mlp",
     "polynomial_narx",

@@ -93,7 +93,8 @@ def finished(
     warned = [*found.pop("warnings", ()), *guards.drifts(measured - y, data.span)]
     if parameters >= len(y):
         warned.append(
-            f"{parameters} parameters from {len(y)} train rows: the error on these rows does not predict other errors"
+            f"{parameters} parameters from {len(y)} training rows: the error on these rows does not predict errors on "
+            "other rows"
         )
     covered = coverage(graph, data)
     warned += guards.excursion(key, graph, data)
@@ -146,10 +147,10 @@ def check(data: Dataset) -> None:
         span = np.ptp(column[data.train])
         if not span > 0:
             only = column[data.train][0]
-            raise InputError(f"{where}: The {name} of the train rows must vary. Got the constant {only:g}.")
+            raise InputError(f"{where}: The {name} of the training rows must vary. Got the constant {only:g}.")
         if span < SMALLEST:
             raise InputError(
-                f"{where}: The span of {name} in the train rows must be at least {SMALLEST:g}. Got {span:g} instead."
+                f"{where}: The span of {name} in the training rows must be at least {SMALLEST:g}. Got {span:g} instead."
             )
 
 

@@ -144,7 +144,7 @@ def feedforward(parts: Parts[M], h: float) -> tuple[int, Array]:
             return ahead, taps
     raise InputError(
         f"The dynamics of {parts.front.key} must have an inverse that looks at most {MOST_AHEAD} samples ahead. Got "
-        f"none to {ACCURATE:g} at {BAND * parts.frequency():.4g} Hz and steps of {h:g} s."
+        f"an error above {ACCURATE:g} at {BAND * parts.frequency():.4g} Hz with steps of {h:g} s."
     )
 
 

@@ -106,7 +106,7 @@ class Model:
             rows = input_rows(self.graph, np.asarray(u, dtype=np.float64), covariates)
             return self.graph.run(rows, h if h is not None else self.step if self.step is not None else 1.0)
         if h is not None or covariates is not None:
-            raise InputError("The step and the covariates must be those of the data. Got others beside them.")
+            raise InputError("The arguments h and covariates belong to an array. Got them with a data set.")
         return run_along(self.graph, dataset_of(u, output=False))
 
     def save(self, path: str | Path) -> None:

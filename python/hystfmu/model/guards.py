@@ -49,9 +49,11 @@ def excursion(key: str, graph: Graph, data: Dataset) -> list[str]:
 
     If the output diverges for this input, the function raises an InputError, which names the kind `key`.
     """
-    u = data.u[data.counted]
-    y = graph.run(with_starts(graph, other_signal(u, float(data.u[0]))), data.h)
-    beyond = _beyond(y, data.y[data.counted], data.span)
+    u = other_signal(data.u[data.counted], float(data.u[0]))
+    y = graph.run(with_starts(graph, u), data.h)
+    # at a jump, the force of a dashpot is inversely proportional to the sample time
+    even = np.abs(np.diff(u, prepend=u[0])) <= MOST_STEP * np.ptp(u)
+    beyond = _beyond(y[even], data.y[data.counted], data.span)
     if not beyond <= WILD:
         got = f"an output {beyond:.2g} spans of y outside its range" if np.isfinite(beyond) else "one that diverges"
         raise InputError(
@@ -165,9 +167,11 @@ def drift(e: Array) -> tuple[float, float]:
     Returns
     -------
     total, error : float
-        Drift and standard error, in the unit of measure of e.
+        Drift and standard error, in the unit of measure of e. For fewer than 6 rows, they are 0 and infinite.
     """
     n = min(CHUNKS, len(e) // 2)
+    if n < 3:  # no residuals of the straight line
+        return 0.0, np.inf
     means = np.array([part.mean() for part in np.array_split(e, n)])
     t = (np.arange(n) + 0.5) / n - 0.5
     slope = float(t @ means) / float(t @ t)
@@ -183,6 +187,6 @@ def drifts(e: Array, span: float) -> list[str]:
     if abs(percent) < SAID or abs(total) < SURE * error:
         return []
     return [
-        f"the output drifts by {percent:+.2g} % of its span or more over the train rows, which no model of the input "
-        "represents; remove the drift from the data, or train on fewer rows"
+        f"the output drifts by {percent:+.2g} % of its span or more over the training rows, which no model of the "
+        "input represents; remove the drift from the data, or train on fewer rows"
     ]

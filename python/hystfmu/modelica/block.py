@@ -34,7 +34,7 @@ def wiring(graph: Graph, taken: set[str]) -> Wiring:
     """
     wires = [w for w in implicit.wires(graph) if w[1].split(".")[0] not in implicit.hidden(graph)]
     _refuse_loops(graph, wires)
-    ports, parts = names(graph, taken)
+    ports, parts = names(graph, taken, rated_ports(graph))
     return Wiring(graph, ports, parts, spots([n.name for n in _shown(graph)], wires))
 
 

@@ -1,35 +1,63 @@
 """Partial block of an exported model with its ports in SI units, and equations for the rates of its inputs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from hystfmu.base import InputError
 from hystfmu.graph import Graph, Input, Output
+from hystfmu.modelica.classes import is_sampled
 from hystfmu.modelica.layout import line, on_component, placed, port_placed
-from hystfmu.modelica.literals import NAME, class_text, number, sentence, string, unique
+from hystfmu.modelica.literals import NAME, RESERVED, class_text, number, sentence, string
 from hystfmu.modelica.measures import per_second, si, zero
 from hystfmu.modelica.realisation import FACTOR, Rate
 from hystfmu.modelica.record import field
 from hystfmu.modelica.wiring import Wiring, unit_constant, zero_constant
 
+_USED = {"HystFMU", "Modelica", "abs", "noEvent"}  # that the text of the block uses
+_OF_SAMPLED = {"t0", "begun"}  # of HystFMU.Interfaces.Sampled
 RATE_PLACE, RATE_STEP = -90, 25  # position of the first port of a rate in the icon, and distance to the next one
 
 
-def names(graph: Graph, taken: set[str]) -> tuple[dict[str, str], dict[str, str]]:
+def names(graph: Graph, taken: set[str], rated: Sequence[str]) -> tuple[dict[str, str], dict[str, str]]:
     """Return the names of the ports and components in the block, by their names in the graph.
+
+    `taken` contains the names of the classes of the package, `rated` the inputs whose rates are inputs of the block.
 
     Raises
     ------
     InputError
         A port has a name that Modelica does not allow.
     """
-    outside = [*(p.name for p in graph.inputs), *(p.name for p in graph.outputs)]
+    outside: tuple[Input | Output, ...] = (*graph.inputs, *graph.outputs)
     for p in outside:
-        if not NAME.match(p):
-            raise InputError(f"the port {p!r}: a name in Modelica is a letter followed by letters, digits or _")
-    own = {"Ts", "values", "usesRate", *taken}
-    ports = unique(outside, own)
-    made = {f(p) for p in ports.values() for f in (unit_constant, zero_constant, rate_name, inner_rate)}
-    return ports, unique([n.name for n in graph.nodes], own | set(ports.values()) | made)
+        if not NAME.match(p.name):
+            raise InputError(f"the port {p.name!r}: a name in Modelica is a letter followed by letters, digits or _")
+    own = {"Ts", "values", "usesRate", *_USED, *taken}
+    if any(is_sampled(n) for n in graph.nodes):
+        own |= _OF_SAMPLED
+    used = own | RESERVED
+    ports = {p.name: _chosen(p.name, used, partial(_declared, p, rated)) for p in outside}
+    used |= {f(p) for p in ports.values() for f in (unit_constant, zero_constant, rate_name, inner_rate)}
+
+    def beside(name: str) -> set[str]:
+        return {inner_rate(name)} if rated else set()
+
+    return ports, {n.name: _chosen(n.name, used, beside) for n in graph.nodes}
+
+
+def _chosen(name: str, used: set[str], beside: Callable[[str], set[str]]) -> str:
+    """Return the name, followed by ``_`` until it and the names declared `beside` it are new; add them to `used`."""
+    while ({name} | beside(name)) & used:
+        name += "_"
+    used |= {name} | beside(name)
+    return name
+
+
+def _declared(p: Input | Output, rated: Sequence[str], name: str) -> set[str]:
+    """Return the names that the block declares besides the port `name`."""
+    found = {unit_constant(name)} if si(p.unit)[0] else set()
+    found |= {zero_constant(name)} if zero(p.unit) else set()
+    return found | ({rate_name(name), inner_rate(name)} if p.name in rated else set())
 
 
 def rate_name(port: str) -> str:

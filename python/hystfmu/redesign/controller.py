@@ -252,17 +252,19 @@ def controller(
     limits = Limits(ms_db or (ready.spec.margins.Ms_db if ready.spec.margins else None) or MS_DB, SET_MS_DB)
     progress(0.2)
     if STRUCTURES[structure].resonant and not any(f * design.h < 0.4 for f in design.plant.f_n):
-        raise InputError(f"{loop.name}: The structure {structure} must know a mode of the plant. Got a plant without.")
+        raise InputError(
+            f"{loop.name}: The structure {structure} needs a mode of the plant. Got a plant without modes."
+        )
     plants = loop_plants(found, (slopes[0] / nominal, slopes[1] / nominal))
     tuned = tune(STRUCTURES[structure], plants, design, aim(systems[first], of), limits)
     if tuned is None:
         raise InputError(
-            f"{loop.name}: A gain of {structure} must keep Ms below {limits.ms_db:g} dB, and {SET_MS_DB:g} dB in "
-            f"{len(plants.plants)} loops with modes {100 * off:g} % off. Got none."
+            f"{loop.name}: Ms of {structure} must be at most {limits.ms_db:g} dB, and {SET_MS_DB:g} dB in "
+            f"{len(plants.plants)} loops with modes shifted by {100 * off:g} %. Got no gain with this property."
         )
     if tuned.bandwidth < bandwidth:
         raise InputError(
-            f"{loop.name}: The bandwidth of {structure} must be at least {bandwidth:g} Hz. Reachable is "
+            f"{loop.name}: The bandwidth of {structure} must be at least {bandwidth:g} Hz. Got at most "
             f"{tuned.bandwidth:.3g} Hz."
         )
     progress(0.6)

@@ -232,8 +232,8 @@ def corners(
     for corner in found if stable else ():
         if not corner.stable:
             raise InputError(
-                f"{corner.opened.system.case.scenario}: The loop without learning must be stable. Got an unstable one "
-                f"at {corner.name} for slope {corner.slope:g} and {corner.delay:g} further steps of delay."
+                f"{corner.opened.system.case.scenario}: The loop without learning must be stable. Got an unstable loop "
+                f"at {corner.name} for the gain {corner.slope:g} and {corner.delay:g} further steps of delay."
             )
     return found
 

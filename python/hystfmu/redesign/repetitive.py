@@ -136,7 +136,7 @@ class Search:
             reachable += [f"a cutoff of {lower:.4g} Hz"] if lower is not None else []
         lower = next((x for x in (g / 2, g / 4, g / 8) if max(self.at(f, x).contraction) < 1), None)
         reachable += [f"a gain of {lower:g}"] if lower is not None else []
-        what = f"reachable: {' or '.join(reachable)}" if reachable else "no cutoff and no gain is reachable"
+        what = f"use {' or '.join(reachable)}" if reachable else "no tested cutoff or gain is stable"
         case = self._found[k].opened.system.case
         return (
             f"{case.scenario}: Errors must shrink from period to period in every corner. Got a factor of {left[k]:.4g} "
@@ -367,8 +367,7 @@ def _hold(results: Results, before: Mapping[str, float], first: str) -> None:
     for r in (r for r in results if r.case == first):
         value, asked = r.value(), r.verdicts[0].limit if r.verdicts else None
         if not value <= max(WORSE * before[r.case], asked or 0.0):
-            got = "one that stops" if not r.verdicts else f"{value:.3g} for {before[r.case]:.3g}"
+            got = "a run that stopped" if not r.verdicts else f"{value:.3g} instead of {before[r.case]:.3g}"
             raise InputError(
-                f"{r.system.case.title}: A run must not be worse with learning than without. Got {got}: ask for a "
-                "lower gain or cutoff."
+                f"{r.system.case.title}: Learning must not increase the error. Got {got}: use a lower gain or cutoff."
             )

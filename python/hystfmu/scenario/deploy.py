@@ -363,7 +363,7 @@ def _lead(part: Part, output: str) -> float:
 def _reference_text(name: str, lead: float, end: str) -> str:
     what = {"r_dot": "first derivative of the wanted output", "r_ddot": "second derivative of the wanted output"}
     when = f" {lead:.6g} s ahead of the sample" if lead else ""
-    hint = "; give r where it is not known ahead" if name == "r_ahead" else ""
+    hint = "; if the future value is not known, set the value of r" if name == "r_ahead" else ""
     return f"{what.get(name, 'wanted output')}{when} ({end} of the scenario){hint}"
 
 
@@ -379,7 +379,7 @@ def _with_handover(graph: Graph, output: str, measure: str, seconds: float, home
     last = max(i for i, name in enumerate(names) if home[name] == home[_block(end)])
     node, later = Node("handover", "bumpless_transfer", {}, {"T": seconds}), set(names[last + 1 :])
     wires = [("handover.u" if a == end and _block(b) in later else a, b) for a, b in graph.wires]
-    text = "command that acts now, for a start without a jump; 1e300: not given"
+    text = "present command of the device, for a start without a jump; 1e300: none"
     inputs = [*graph.inputs, Input("u_present", ("handover.u_present",), measure, NOT_GIVEN, text)]
     outputs = [Output("u", "handover.u" if command == end else command, measure, "command")]
     nodes = [*graph.nodes[: last + 1], node, *graph.nodes[last + 1 :]]

@@ -95,7 +95,7 @@ def run_fmu(
     step : float, optional
         Communication step (s). The default is the step that the FMU states, or else a fixed fraction of the duration.
     stop : float, optional
-        Stop time (s). The default is the stop time that the FMU states, or else the last time in the file `given`.
+        Stop time (s). The default is the stop time that the FMU states, or else the last time in the table of inputs.
     out : path, optional
         CSV file to write, with all outputs.
     seconds, confined

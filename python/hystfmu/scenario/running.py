@@ -193,7 +193,7 @@ def _plan(scenario: Cases, systems: tuple[System, ...], record: bool, strict: bo
         return Plan(scenario, systems, Baseline.load(scenario.folder) if scenario.spec.guard else None, strict=False)
     baseline = Baseline.load(scenario.folder)
     if baseline is None and any(m.limit is not None for s in systems for m in s.case.metrics.values()):
-        note = f"{scenario.spec.name}: no baseline yet: the limits alone decide; --record keeps these results as one"
+        note = f"{scenario.spec.name}: no baseline: only the limits are tested; --record writes a baseline"
         return Plan(scenario, systems, None, strict=False, note=note)
     return Plan(scenario, systems, baseline, strict)
 
@@ -213,7 +213,9 @@ def _check_overrides(overrides: Mapping[str, Any], systems: Sequence[System]) ->
         if not any(key in system.overridden for system in systems):
             known = {name for system in systems for name in system.parameters}
             if key in known:
-                raise InputError(f"--set {key}: Some case must take its value from the scenario. Got only own values.")
+                raise InputError(
+                    f"--set {key}: Every case sets this parameter itself. Use a factor such as '*1.2', or --case."
+                )
             raise InputError(
                 f"--set {key}: none of the scenarios has a unit with that parameter.{meant(key, sorted(known))}"
             )
@@ -280,16 +282,16 @@ def run(
         results of both engines are bit-identical.
     set : mapping, optional
         New values of parameters, named ``unit.parameter``. They apply in every case that contains the unit. A string
-        such as ``"*1.2"`` multiplies the old value. With new values, the results are compared only with the limits, not
-        with the baseline. In a case that sets the parameter itself, the new value applies only if it is a factor such
-        as ``"*1.2"``, or if `case` names this case.
+        such as ``"*1.2"`` multiplies the old value. With new values, only the limits determine the verdict, not the
+        baseline. In a case that sets the parameter itself, the new value applies only if it is a factor such as
+        ``"*1.2"``, or if `case` names this case.
     coupling : str, optional
         Coupling scheme. It replaces the coupling scheme that the scenario states.
     seconds : float in (0, inf)
         Time limit (s) of a simulation with foreign FMUs. Foreign FMUs run in a child process.
     confined : bool
-        Whether foreign FMUs have no access to the network and can write only to one private folder. Some operating
-        systems do not offer this protection.
+        Whether foreign FMUs are confined: they have no access to the network and can write only to one private folder.
+        Some operating systems do not offer this protection.
     report : path, optional
         Folder into which report.html and report.json are written.
     record : bool

@@ -158,7 +158,7 @@ def close(
         faults.append(f"controller {asked.controller}: {outcome.refused[str(asked.controller)]}")
     if asked.bandwidth and (tuned is None or tuned.bandwidth < asked.bandwidth):
         reached = max((t.bandwidth for t in outcome.found), default=0.0)
-        faults.append(f"a bandwidth of {asked.bandwidth:g} Hz is asked for; {reached:.3g} Hz is reachable")
+        faults.append(f"the required bandwidth is {asked.bandwidth:g} Hz; the largest one found is {reached:.3g} Hz")
     plan = _Runs(found, ahead, missed, tried, asked, name)
     lost = ""
     with shown("running the loop") as progress:
@@ -171,11 +171,11 @@ def close(
                 margins, fault = _margins(into)
             if not fault:
                 break
-            lost = lost or f"{tuned.structure.text} is left out: {fault}"
+            lost = lost or f"{tuned.structure.text} is not usable: {fault}"
         if asked.controller not in (None, "none") and tuned is None and lost:
             faults.append(f"controller {asked.controller}: {lost}")
     if tuned is None:
-        lost = "none is asked for" if asked.controller == "none" else lost or reasons.pop(0)
+        lost = "the option --controller is none" if asked.controller == "none" else lost or reasons.pop(0)
         reasons.insert(0, f"no feedback: {lost}")
     said = promises(found, plants, aim, tuned, tried, results, data, model)
     steps = tuple(step_response(t, r) for t in tried if t.jumps for r in results if r.case == t.name)
@@ -301,14 +301,14 @@ def _missed(said: tuple[Promise, ...], steps: tuple[StepResponse, ...], asked: R
         if asked.error is None or p.shape in JUMPS:
             continue
         if p.rms_percent is None:
-            lines.append(f"{p.name}: an error of {asked.error:g} % is asked for; on the device it is not known")
+            lines.append(f"{p.name}: the required error is {asked.error:g} %; the error on the device is not known")
         elif p.rms_percent > asked.error:
-            lines.append(f"{p.name}: an error of {asked.error:g} % is asked for; {p.rms_percent:.3g} % is reachable")
+            lines.append(
+                f"{p.name}: the required error is {asked.error:g} %; the expected one is {p.rms_percent:.3g} %"
+            )
     for s in steps:
         if asked.overshoot is not None and s.overshoot > asked.overshoot:
-            lines.append(
-                f"{s.name}: an overshoot of at most {asked.overshoot:g} % is asked for; got {s.overshoot:.3g} %"
-            )
+            lines.append(f"{s.name}: the largest allowed overshoot is {asked.overshoot:g} %; got {s.overshoot:.3g} %")
         if asked.settling is not None and not s.settling <= asked.settling:
-            lines.append(f"{s.name}: settling within {asked.settling:g} s is asked for; got {s.settling:.3g} s")
+            lines.append(f"{s.name}: the largest allowed settling time is {asked.settling:g} s; got {s.settling:.3g} s")
     return lines

@@ -163,12 +163,12 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
     errors = tuple((m.f_n_se, m.zeta_se, m.share_se) for m in modes)
     top = described_to(evidence, plant)
     if modes:
-        return plant, errors, [f"nothing is known of the device above {top:.4g} Hz"]
-    seen = "the record does not show the speed of the device at any frequency"
+        return plant, errors, [f"the record gives no information about the device above {top:.4g} Hz"]
+    seen = "the record does not show the dynamics of the device at any frequency"
     if top:
         seen = f"the record shows no resonance up to {top:.4g} Hz, and gives no information above this frequency"
         if top < evidence.band[1]:
-            seen = f"above {top:.4g} Hz no mode that the record determines describes its response"
+            seen = f"above {top:.4g} Hz the modes that the record determines do not describe its response"
     fitted = [n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS]
     return plant, errors, [seen, *(["the record does not confirm the dynamics of the fit"] * bool(fitted))]
 

@@ -98,8 +98,8 @@ class LoopPlan:
         title = f"{tuned.structure.text} in front of the inverse" if tuned else "feed-forward and inverse, no feedback"
         text = f"{self.name}: {title}"
         loop = Scenario(self.name, step=found.h, stop=float(f"{first.stop:.12g}"), text=text, ripple=FINE)
-        loop.add("plant", plant_model(found), fine=True, text="the identified device; d: what the model misses")
-        loop.add("reference", self._leading(first), fine=True, text="wanted output now, and some steps ahead")
+        loop.add("plant", plant_model(found), fine=True, text="the identified device; d: error of the model")
+        loop.add("reference", self._leading(first), fine=True, text="reference, also some steps ahead")
         text = f"tones of the residual of the record, {missed.rms:.3g} RMS"
         loop.add("misfit", missed.tones(first.frequency, 1, first.strength), fine=True, text=text)
         loop.add("noise", blocks.Noise(sigma=float(f"{found.noise:.4g}")), text="noise of the sensor, as in the record")
@@ -156,11 +156,13 @@ class LoopPlan:
                 }
             changed: dict[str, Any] = {"stop": t.stop, "after": t.after, "units": units, "connections": connections}
             loop.case(t.name, text, **changed, limits=bounds.get(t.name))
+        delay = self.asked.delay
+        inserted = {} if delay else {"delay.u": "limits.y", f"plant.{found.input}": "delay.y"}
         for d in draws(found):
-            delay = self.asked.delay
-            late = {"delay": _late(found, delay + d.late)} if delay and d.late else {}
+            late = {"delay": _late(found, delay + d.late)} if d.late else {}
             units = {"plant": plant_model(found, d.plant, d.gain), **late}
-            loop.case(d.name, d.text, units=units, limits=bounds.get(d.name))
+            connections = inserted if late else {}
+            loop.case(d.name, d.text, units=units, connections=connections, limits=bounds.get(d.name))
         lo, hi = found.commands
         gain = (hi - lo) / (found.high - found.low) * (-1 if found.falling else 1)
         straight = blocks.Scaling(gain=gain, offset=(lo + hi) / 2 - gain * (found.low + found.high) / 2)

@@ -121,8 +121,8 @@ def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[lis
     each structure that cannot be used.
     """
     names = list(loop.contenders[0].errors) if loop.contenders else []
-    head = ["structure", *(f"{n}, RMS %" for n in names), "bandwidth, Hz", "Ms, dB", "Ms of all, dB"]
-    head += ["gain margins, dB", "phase, deg", "delay, steps", "noise, %", "overshoot, %", "settling, s"]
+    head = ["structure", *(f"{n}, RMS %" for n in names), "bandwidth, Hz", "Ms, dB", "Ms over the set, dB"]
+    head += ["gain margins, dB", "phase margin, deg", "delay margin, steps", "noise, %", "overshoot, %", "settling, s"]
     head += ["values"] * page
     size = 100 / (2 * loop.promises[0].amplitude)
     rows = []
@@ -145,7 +145,7 @@ def race_table(loop: ClosedLoop, page: bool = True) -> tuple[list[str], list[lis
             ]
         )
     empty = [""] * (len(head) - 2)
-    rows += [[name, f"left out: {why}", *empty] for name, why in loop.race.refused.items() if page]
+    rows += [[name, f"not usable: {why}", *empty] for name, why in loop.race.refused.items() if page]
     return head, rows
 
 

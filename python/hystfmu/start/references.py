@@ -121,7 +121,7 @@ def _rows(seconds: float, h: float) -> int:
 
 def _from_file(found: Device, file: str) -> Tried:
     """Read the columns t and r of a CSV file, and interpolate r at the steps of the loop."""
-    read = hy.read(file, input="r", output="r")
+    read = hy.read(file, input="r", output=None)
     t = np.arange(round((read.t[-1] - read.t[0]) / found.h) + 1) * found.h
     if len(t) > MOST_ROWS:
         raise InputError(f"{file}: The reference must last at most {MOST_ROWS} steps. Got {len(t)}.")

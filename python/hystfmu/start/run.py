@@ -46,7 +46,7 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
     case = loop.promises[0].name
     content = {
         "name": f"{name}_devices",
-        "text": "What share of the devices stays bounded if gain, dynamics and loop width are drawn around the model?",
+        "text": "share of bounded loops on devices with random gain, dynamics and loop width around those of the model",
         "scenario": scenario,
         "cases": [case],
         "method": "random",
@@ -55,7 +55,7 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
         "limits": {case: {"tracking": max(known)}},
         "parameters": parameters,
     }
-    write_toml(path, content, f"Devices around the fitted model: hystfmu study {path} -o {path.parent / 'devices'}")
+    write_toml(path, content, f"Devices around the fitted model: {_line('study', path, '-o', path.parent / 'devices')}")
     return True
 
 
@@ -185,14 +185,14 @@ def start(
         except InputError as e:  # keep the model: its fit may have taken long
             shutil.rmtree(folder / "loop", ignore_errors=True)
             loop = str(e)
-    report = f"{files['model'][1]} --report {folder}"
+    report = f"{files['model'][1]} --report {shlex.quote(str(folder))}"
     if isinstance(loop, ClosedLoop):
         files |= _files_of_loop(folder, name, model, loop)
-        report = f"hystfmu run {folder / 'loop'} --report DIR"
+        report = f"{_line('run', folder / 'loop')} --report DIR"
     doubt = isinstance(loop, ClosedLoop) and loop.feedback != "full" and asked.controller != "none"
     if model.fit.get("warnings") or doubt:
         notes = [*notes, _measure_next(folder / "measure_next.csv", data, asked, model)]
-        files["next measurement"] = (folder / "measure_next.csv", "written for what the record does not show")
+        files["next measurement"] = (folder / "measure_next.csv", "written by hystfmu start alone")
     said = verdict(loop)
     with shown("report"):
         files["report"] = (write_page(folder, name, model, data, loop, said, notes), report)
@@ -258,13 +258,18 @@ def _fitted(model: Model) -> str:
     return f"model: {model.key}, RMS {found['rms_percent']:.3g} %FS on training rows{of}"
 
 
+def _line(*words: str | Path) -> str:
+    """Return a command line of hystfmu for a shell."""
+    return shlex.join(["hystfmu", *map(str, words)])
+
+
 def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str]) -> dict[str, tuple[Path, str]]:
     """Write the FMU of a model, and return the files of the model with the commands that create them."""
     file = folder / f"{name}.model.toml"
     made = model.export(folder / f"{name}.fmu")
     return {
-        "model": (file, shlex.join(["hystfmu", "fit", *fitting, "-o", str(file)])),
-        "FMU of the model": (made, f"hystfmu export {file} -o {made}"),
+        "model": (file, _line("fit", *fitting, "-o", file)),
+        "FMU of the model": (made, _line("export", file, "-o", made)),
     }
 
 
@@ -281,9 +286,9 @@ def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> d
     study, drawn = folder / "devices.study.toml", folder / "devices"
     written = write_study(study, loop, into.name, name)
     return {
-        "inverse": (back, f"hystfmu inverse {file} -o {back}"),
-        "FMU of the inverse": (made, f"hystfmu export {back} -o {made}"),
-        "loop": (into, f"hystfmu run {into}; hystfmu margins {into}"),
-        "FMU of the controller": (deployed, f"hystfmu export {into} --controller -o {deployed}"),
-        **({"study of drawn devices": (study, f"hystfmu study {study} -o {drawn}")} if written else {}),
+        "inverse": (back, _line("inverse", file, "-o", back)),
+        "FMU of the inverse": (made, _line("export", back, "-o", made)),
+        "loop": (into, f"{_line('run', into)}; {_line('margins', into)}"),
+        "FMU of the controller": (deployed, _line("export", into, "--controller", "-o", deployed)),
+        **({"study of random devices": (study, _line("study", study, "-o", drawn))} if written else {}),
     }

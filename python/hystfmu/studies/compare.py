@@ -26,7 +26,7 @@ PERCENTILES = (50, 95, 99)
 # largest numbers of bars, of distributions, and of changed variations in the table and in the plot
 MOST_PAIRS, MOST_PLOTS, MOST_ROWS, MOST_DRAWN = 5, 12, 100, 300
 LONGEST = 3.0  # a distribution is plotted up to this multiple of its limit or of its 95 % percentile
-UNPAIRED = "The draws of the two studies differ. Therefore no draw has two verdicts."
+UNPAIRED = "The variations of the two studies differ. Therefore no variation has two verdicts."
 
 
 def compare_studies(before: str | Path, after: str | Path, out: str | Path) -> list[Change]:
@@ -68,7 +68,7 @@ def _share(r: Read) -> str:
     n, inside = len(r.facts.outcomes), r.facts.inside
     ends = r.facts.interval
     said = "" if ends is None else f", 95 % interval {100 * ends[0]:.3g} to {100 * ends[1]:.3g} %"
-    return f"{inside} of {n} draws ({100 * inside / n:.3g} %{said})"
+    return f"{inside} of {n} variations ({100 * inside / n:.3g} %{said})"
 
 
 def _answer(both: tuple[Read, Read]) -> str:
@@ -78,10 +78,10 @@ def _answer(both: tuple[Read, Read]) -> str:
         return f"{said} {UNPAIRED}"
     gained, lost = (int(np.sum(_inside(x) & ~_inside(y))) for x, y in ((b, a), (a, b)))
     if gained + lost == 0:
-        return f"{said} No draw changed its verdict."
+        return f"{said} No variation changed its verdict."
     p = _sign_test(gained, lost)
     return (
-        f"{said} {gained + lost} draws changed their verdict, {gained} to inside and {lost} to outside: chance "
+        f"{said} {gained + lost} variations changed their verdict, {gained} to inside and {lost} to outside: chance "
         f"alone is as one-sided with a probability of {p:.2g} (exact McNemar test)."
     )
 
@@ -139,7 +139,7 @@ def _distributions(both: tuple[Read, Read]) -> list[Plot]:
         )
         lines += [Line(name, np.array([v, v]), np.array([0.0, 100.0])) for name, v in named.items()]
         unit = both[1].facts.units.get(metric, "")
-        plots.append(Plot(f"{case}: {metric}", label(metric, unit), "% of the draws at or below", lines))
+        plots.append(Plot(f"{case}: {metric}", label(metric, unit), "% of the variations at or below", lines))
     return plots
 
 
@@ -155,7 +155,7 @@ def _verdicts(both: tuple[Read, Read]) -> Section:
         return Section(title, "None.")
     names = list(b.facts.parameters.values())
     rows = [[k, *a.values[k].tolist(), *(WORDS[letter] for letter in pairs[k])] for k in moved[:MOST_ROWS]]
-    caption = f"{len(moved)} draws" + (f", the first {MOST_ROWS} of them" if len(moved) > MOST_ROWS else "")
+    caption = f"{len(moved)} variations" + (f", the first {MOST_ROWS} of them" if len(moved) > MOST_ROWS else "")
     listed = Table(["draw", *names, *WHICH], rows, caption)
     drawn = [k for k in moved if "i" in pairs[k]][:MOST_DRAWN]
     if len(drawn) < 2:
@@ -174,5 +174,5 @@ def _changes(both: tuple[Read, Read]) -> tuple[list[Change], list[Change]]:
         every.append(Change(title, f"{pair[1]} within its limit, %", *(100 * _within(r, pair).mean() for r in both)))
         for p in PERCENTILES:
             found = (float(np.quantile(r.metrics[pair], p / 100, method="inverted_cdf")) for r in both)
-            every.append(Change(title, f"{metric}, {p} % of the draws", *found))
+            every.append(Change(title, f"{metric}, {p} % of the variations", *found))
     return [c for c in every if c.old != c.new], [c for c in every if c.old == c.new]

@@ -145,7 +145,9 @@ def share_bar(name: str, share: float, draws: int, random: bool) -> Bar:
 def share_bars(bars: Sequence[Bar]) -> Bars:
     """Return the diagram of shares inside limits."""
     intervals = any(b.interval is not None for b in bars)
-    return Bars("draws inside the limits" + (", with 95 % intervals" if intervals else ""), "% of the draws", bars)
+    return Bars(
+        "variations inside the limits" + (", with 95 % intervals" if intervals else ""), "% of the variations", bars
+    )
 
 
 def strongest(names: Sequence[str], metric: str, found: Effects, column: int) -> Bars | None:
@@ -206,7 +208,7 @@ def all_draws(
         reached = np.array([found.get(v, max(found.values())) for v in picked])
         axes.append(coordinate(name, reached))
         good, words = reached <= np.median(reached), (f"lower half of {name}", "upper half")
-    title = f"{len(picked)} of {len(names)} draws" if len(picked) < len(names) else f"all {len(names)} draws"
+    title = f"{len(picked)} of {len(names)} variations" if len(picked) < len(names) else f"all {len(names)} variations"
     return Parallel(f"{title}, each a line across its values", axes, good, words)
 
 
@@ -235,7 +237,7 @@ def scatter(
     plots = []
     for k in order[:STRONGEST] if np.ptp(y) > 0 else ():
         good = y <= limit if limit is not None else np.ones(len(y), dtype=bool)
-        kinds = [("within the limit" if limit is not None else "draws", good), ("above it", ~good)]
+        kinds = [("within the limit" if limit is not None else "variations", good), ("above it", ~good)]
         lines = [Line(name, x[m, k], y[m], dots=True) for name, m in kinds if m.any()]
         if limit is not None:
             lines.append(Line("limit", np.array([x[:, k].min(), x[:, k].max()]), np.array([limit, limit])))
@@ -246,10 +248,10 @@ def scatter(
 def distribution(metric: str, label: str, values: Array, limit: float | None) -> Plot:
     """Plot the empirical distribution function of a metric, and the limit."""
     at = np.sort(values)
-    lines = [Line("share of the draws", at, 100 * np.arange(1, len(at) + 1) / len(at))]
+    lines = [Line("share of the variations", at, 100 * np.arange(1, len(at) + 1) / len(at))]
     if limit is not None and limit < LONGEST * at[-1]:
         lines.append(Line("limit", np.array([limit, limit]), np.array([0.0, 100.0])))
-    return Plot(f"distribution of {metric}", label, "% of the draws at or below", lines)
+    return Plot(f"distribution of {metric}", label, "% of the variations at or below", lines)
 
 
 def tuning(scores: Mapping[int, float], label: str) -> Plot | None:

@@ -91,7 +91,7 @@ class StudyCase:
             spreads = [s for s in summary.spreads if s.case == self.system.case.name]
             head = ["metric", *figures.HEAD[4:], "limit"]
             shown = [[s.metric, *s.percentiles, s.worst, "-" if s.limit is None else s.limit] for s in spreads]
-            tables.insert(0, Table(head, shown, "percentiles over all draws, the failed ones as infinite"))
+            tables.insert(0, Table(head, shown, "percentiles over all variations, the failed ones as infinite"))
         rows = [[r["index"], *r["values"].values(), *(r["metrics"].get(k, "-") for k in of)] for r in self.worst]
         tables.append(Table(["row", *self.names, *units], rows, "worst cases, by the largest ratio to a limit"))
         again = [
@@ -132,7 +132,7 @@ def _centred_ranks(a: Array) -> Array:
 
 
 WORST = 10
-DRAG = "A line is a draw. Drag along an axis to choose a range; with the keyboard, arrow keys on an axis."
+DRAG = "A line is a variation. Drag along an axis to choose a range; with the keyboard, arrow keys on an axis."
 DIVERGED = 1e100
 
 
@@ -155,7 +155,7 @@ def write_report(
         objective = _objective(study), _scores(study, rows)
     draws = figures.all_draws(study, least.by_effect(labels) if least else labels, systems, rows, objective)
     if draws is not None:
-        sections.append(Section("All draws", DRAG, plots=[draws]))
+        sections.append(Section("All variations", DRAG, plots=[draws]))
     sections += [case.section(summary, folder) for case in cases]
     explorer = loop_explorer(systems)
     sections += [explorer] if explorer is not None else []
@@ -201,7 +201,7 @@ def _answer(
         text = f"{summary.sentence} {text}".strip()
         limited = [s for s in summary.spreads if s.limit is not None and s.within is not None]
         if limited:
-            text_of = "percentiles of the metrics with a limit, over all draws"
+            text_of = "percentiles of the metrics with a limit, over all variations"
             tables.insert(0, Table(figures.HEAD, figures.spread_rows(limited), text_of))
     plots: list[Diagram | None] = [] if summary is None else [figures.shares(summary)]
     if study.spec.objective is not None:

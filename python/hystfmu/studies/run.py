@@ -150,8 +150,8 @@ def study(
         Repeat the runs that failed. Without this option, a failed run is repeated only if it exceeded a limit of time
         or memory and this limit is now higher.
     confined : bool
-        Whether foreign FMUs have no access to the network and can write only to one private folder. Some operating
-        systems do not offer this protection.
+        Whether foreign FMUs are confined: they have no access to the network and can write only to one private folder.
+        Some operating systems do not offer this protection.
     progress : function, optional
         Called with the number of finished rows, the number of all rows, and rows per second.
 

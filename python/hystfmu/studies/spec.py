@@ -38,7 +38,7 @@ class LearntLoops(pydantic.BaseModel):
     model_config = STRICT
     case: Name
     set: dict[str, str | float | list[Number]] = Field({}, description="additional settings, as `set` of a scenario")
-    slopes: list[Number] = Field([1.0], min_length=1, max_length=20, description="local slopes of plant and inverse")
+    slopes: list[Number] = Field([1.0], min_length=1, max_length=20, description="incremental gains")
 
 
 class RepetitiveDesign(pydantic.BaseModel):
@@ -117,7 +117,9 @@ class LoopShapingDesign(pydantic.BaseModel):
     case: Name = Field(description="case of the nominal plant; its delay is given by `delay`")
     delay: Delay = Field(description="steps of delay and hold, as a Pade approximant")
     order: int = Field(2, ge=1, le=6, description="of the approximant")
-    ratio: Annotated[float, Field(gt=1, le=10)] = Field(1.1, description="ratio of the optimal margin to the margin")
+    ratio: Annotated[float, Field(gt=1, le=10)] = Field(
+        1.1, description="optimal margin divided by the margin of the design"
+    )
     weight: Weight
     robust: list[str] = Field(
         min_length=1, max_length=2, description="transfer functions `unit.block`: slow poles, then fast ones"
@@ -229,7 +231,7 @@ class ParameterSpec(pydantic.BaseModel):
     scale: Bounds | None = Field(None, description="lowest and highest factor on the value in the scenario")
     values: list[Number] | None = Field(None, min_length=1, max_length=100_000, description="list of values")
     second_order: SecondOrderSpec | None = Field(
-        None, description="of `unit.block`, a transfer function: gain, f_n and zeta are drawn, b and a follow"
+        None, description="gain, f_n and zeta of the transfer function `unit.block`; its b and a are computed from them"
     )
     log: bool = Field(False, description="sample on a logarithmic scale")
     steps: int = Field(5, ge=1, le=100_000, description="grid: number of values in a range")
@@ -287,15 +289,13 @@ class LoopSpec(pydantic.BaseModel):
     """Limits of the linearised loop: peak of the sensitivity in one case, stability for worst-case parameter sets."""
 
     model_config = STRICT
-    case: Name = Field(description="case whose sensitivity is limited, for slope 1 of plant and inverse")
+    case: Name = Field(description="case whose sensitivity is limited, for an incremental gain of 1")
     Ms_db: Decibels = Field(6.0, description="largest peak of the sensitivity (dB)")
-    delay: Delay = Field(0.0, description="steps beyond the delay of the case")
+    delay: Delay = Field(0.0, description="additional delay (steps)")
     corners: list[Name] = Field([], max_length=100, description="cases whose loops must be stable")
-    slopes: Bounds = Field(
-        [1.0, 1.0], description="local slopes of plant over inverse, without the gain of the dynamics: corners"
-    )
+    slopes: Bounds = Field([1.0, 1.0], description="incremental gains for which the corners are tested")
     delays: list[Delay] = Field(
-        [0.0], min_length=1, max_length=20, description="steps beyond the delay of the case: corners"
+        [0.0], min_length=1, max_length=20, description="additional delays (steps) for which the corners are tested"
     )
 
 
@@ -330,24 +330,29 @@ class StudySpec(pydantic.BaseModel):
     cases: list[str] | None = Field(None, min_length=1, description="cases of the scenario; all by default")
     engine: Literal["native", "fmpy"] = Field("native", description="engine of `hystfmu run`")
     method: Literal["grid", "random", "sobol", "latin_hypercube", "optuna"] = Field(
-        description="random: independent draws; sobol, latin_hypercube: the same distribution, more even"
+        description="random: independent values; sobol, latin_hypercube: more even values; grid: all combinations"
     )
-    n: int = Field(64, ge=1, le=MOST_ROWS, description="number of variations; a grid has the product of its steps")
+    n: int = Field(
+        64,
+        ge=1,
+        le=MOST_ROWS,
+        description="number of variations; for a grid, the product of the numbers of values instead",
+    )
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] | Literal["run"] = Field(
-        0, description="run: drawn at the first run and kept with the table"
+        0, description="run: a random seed, chosen at the first run and stored with the table"
     )
     timeout: Annotated[float, Field(gt=0, le=1e6)] = Field(60.0, description="time limit of one run (s)")
     memory: Annotated[float, Field(gt=0, le=1e4)] = Field(4.0, description="memory limit of a worker (GB)")
     parameters: dict[str, ParameterSpec] = Field(min_length=1, max_length=1000)
     limits: dict[str, dict[Name, Number]] = Field(
-        {}, description="by case: upper limits of metrics that make a draw good; by default those of the scenario"
+        {}, description="upper limits of the metrics of each case; default: the limits of the scenario"
     )
     margins: Name | None = Field(
-        None, description="case whose loop is linearised for every draw: metrics Ms_db (dB) and radius (of the poles)"
+        None, description="case whose loop is linearised for every run: metrics Ms_db (dB) and radius (largest pole)"
     )
     objective: ObjectiveSpec | None = None
     start: dict[str, Number] = Field({}, description="optuna: the first variation, a value of every parameter")
-    design: Design | None = Field(None, description="parameters that follow from the drawn ones by a design")
+    design: Design | None = Field(None, description="parameters that a design computes from the varied parameters")
 
 
 def read_study(file: Path) -> StudySpec:

@@ -75,8 +75,10 @@ class Summary:
         unstable = "none is" if self.unstable == 0 else f"{self.unstable} {'is' if self.unstable == 1 else 'are'}"
         failed = f"; {self.failed} could not be run" if self.failed else ""
         if all(s.limit is None for s in self.spreads):
-            return f"{self.draws} draws without limits; {unstable} unstable{failed}."
-        share = f"{self.inside} of {self.draws} draws are inside the limits ({100 * self.inside / self.draws:.3g} %"
+            return f"{self.draws} variations without limits; {unstable} unstable{failed}."
+        share = (
+            f"{self.inside} of {self.draws} variations are inside the limits ({100 * self.inside / self.draws:.3g} %"
+        )
         if self.interval is not None:
             lo, hi = self.interval
             share += f"; 95 % interval {100 * lo:.3g} to {100 * hi:.3g} %, Clopper-Pearson"

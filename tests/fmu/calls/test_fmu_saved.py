@@ -209,12 +209,30 @@ def test_a_state_that_is_gone_is_refused_by_every_call(make: Make) -> None:
         ("GetFMUState", (C.byref(C.c_void_p(state.value)),)),
         ("SerializedFMUStateSize", (state, C.byref(C.c_size_t()))),
         ("SerializeFMUState", (state, room, C.c_size_t(n))),
-        ("DeserializeFMUState", (m.memory(), C.c_size_t(n), C.byref(C.c_void_p(state.value)))),
     ]:
         m.messages.clear()
         assert m.call(m._state(name), *arguments) == ERROR, name
         assert m.messages == [(ERROR, "logStatusError", GONE)]
     assert m.forget(C.c_void_p(None)) == OK, "the standards: a null pointer is ignored"
+
+
+def test_a_deserialized_state_needs_no_initial_pointer(make: Make) -> None:
+    """The standards: the call constructs a state. The pointer may hold anything before."""
+    m: Master = make()
+    m.initialize()
+    content, room = m.memory(), C.c_void_p(0x10)
+    size, name = C.c_size_t(len(content)), m._state("DeserializeFMUState")
+    for _ in range(2):  # the second call frees the state of the first
+        assert m.call(name, content, size, C.byref(room)) == OK
+        assert m.restore(room) == OK
+    m.run(U[:3])
+    state = m.save()
+    held, before = C.c_void_p(state.value), m.serialize(state)
+    assert m.call(name, b"x" + content[1:], size, C.byref(held)) == ERROR
+    assert m.call(name, content[:-1] + b"x", size, C.byref(held)) == ERROR
+    forged_run = forged(content, HEADER + 8, struct.pack("<i", 99))
+    assert m.call(name, forged_run, size, C.byref(held)) == ERROR
+    assert (held.value, m.serialize(state)) == (state.value, before), "a refused call changes no state"
 
 
 def test_states_are_freed_in_any_order(make: Make) -> None:

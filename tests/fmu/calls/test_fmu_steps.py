@@ -30,6 +30,22 @@ def test_bad_step_size(make: Make, h: float) -> None:
     assert m.step(5 * H, 1e9) == OK
 
 
+@pytest.mark.parametrize("name", ["bouc_wen_oscillator", "maxwell_slip_oscillator", "duhem_oscillator"])
+def test_a_step_that_a_block_refuses_changes_nothing(make: Make, name: str) -> None:
+    """Also not the step for which the block derives its values, or the next derivative would be refused too."""
+    m = make(single(name))
+    m.initialize()
+    m.run(U[:5])
+    before = m.memory()
+    assert m.step(5 * H, 1e8) == ERROR
+    assert "the step is too long" in m.messages[-1][2]
+    assert m.memory() == before
+    m.messages.clear()
+    u, y = m.graph.port("u").reference, m.graph.port("y").reference
+    assert m.tangent([y], [u], np.ones(1), 1)[0] == OK
+    assert m.messages == []
+
+
 @pytest.mark.parametrize("h", [5e-324, 1e-300, 5.7e-15, 9e-13])
 def test_residue_of_a_clock_is_no_step(make: Make, h: float) -> None:
     """Importers that add up their steps ask for the rest to the stop time; below 1e-12 s, it is rounding."""

@@ -278,7 +278,10 @@ int NAME(ExitInitializationMode)(unit *u) {
   calculate(u);
   return 1;
 }
-int NAME(Terminate)(unit *u) { return u->phase == STEPPING ? 0 : refuse(u, "does not run"); }
+int NAME(Terminate)(unit *u) {
+  if (u->phase != STEPPING) return refuse(u, "does not run");
+  return u->last < 0 ? refuse(u, "refuses the end") : 0;
+}
 
 #if FMI == 2
 int fmi2DoStep(unit *u, double t, double h, int forward) {

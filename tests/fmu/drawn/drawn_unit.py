@@ -187,7 +187,7 @@ def library(fmi: int, *options: str) -> Path:
 
 
 def drawn_fmu(path: Path, fmi: int, variables: Sequence[Variable], last: int = 0) -> None:
-    """Write an FMU with these variables; with `last` it ends the simulation in that step."""
+    """Write an FMU with these variables; with `last` it ends the simulation in that step, below 0 it refuses an end."""
     suffix = fmpy.sharedLibraryExtension
     own = fmpy.platform if fmi == 2 else fmpy.platform_tuple
     with zipfile.ZipFile(path, "w") as archive:

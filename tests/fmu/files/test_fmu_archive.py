@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import shutil
 import time
 import xml.etree.ElementTree as ET
@@ -96,6 +97,14 @@ def test_export_refuses_versions_and_places(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         export_fmu(single("sum"), tmp_path / "file" / "x.fmu")
+
+
+@pytest.mark.parametrize("stop", [0.0, -1.0, float("inf"), float("nan")])
+def test_export_refuses_an_experiment_without_end(tmp_path: Path, stop: float) -> None:
+    with pytest.raises(
+        InputError, match=r"The stop time of the default experiment must be a float in \(0, inf\)\. Got"
+    ):
+        export_fmu(single("sum"), tmp_path / "x.fmu", stop=stop)
 
 
 # ---- description ----------------------------------------------------------------------------------------------------
@@ -401,3 +410,20 @@ def test_a_bad_archive_is_refused_with_and_without_a_cache(cache: Path, monkeypa
         with pytest.raises(InputError, match="not a ZIP archive, or truncated"):
             unpacks(Path("x.fmu"))
     assert not cache.exists() or list(cache.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("method", "mark", "at", "message"),
+    [
+        (zipfile.ZIP_LZMA, b"PK\3\4", 70, "'modelDescription.xml' cannot be unpacked: Corrupt input data"),
+        (zipfile.ZIP_STORED, b"PK\1\2", 6, "not a ZIP archive, or truncated (zip file version 20.4)"),
+    ],
+)
+def test_damage_of_every_method_is_one_line(cache: Path, method: int, mark: bytes, at: int, message: str) -> None:
+    with zipfile.ZipFile("x.fmu", "w", method) as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION)
+    content = bytearray(Path("x.fmu").read_bytes())
+    content[content.index(mark) + at] = 204
+    Path("x.fmu").write_bytes(content)
+    with pytest.raises(InputError, match=re.escape(message)):
+        unpacks(Path("x.fmu"))

@@ -1,5 +1,6 @@
 """Contents of an FMU: names, texts, documentation, icon, terminals, reference experiment, licence."""
 
+import csv
 import hashlib
 import re
 import struct
@@ -21,7 +22,7 @@ from lxml import etree
 import hystfmu as hy
 from hystfmu.cli import main
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
+from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 
 REF = "extra/org.fmi-standard.fmi-ls-ref"
@@ -47,9 +48,9 @@ def test_an_importer_repeats_the_reference_experiment(tmp_path: Path, fmi: int, 
     """fmpy repeats the experiment of the archive and reproduces every recorded digit."""
     path = export_fmu(GRAPHS[name](), tmp_path / "x.fmu", fmi)  # type: ignore[arg-type]
     entries = _entries(path)
-    for csv in ("input.csv", "result.csv"):
-        if f"{REF}/{csv}" in entries:
-            (tmp_path / csv).write_bytes(entries[f"{REF}/{csv}"])
+    for file in ("input.csv", "result.csv"):
+        if f"{REF}/{file}" in entries:
+            (tmp_path / file).write_bytes(entries[f"{REF}/{file}"])
     experiment = ET.fromstring(entries[f"{REF}/experiments.xml"]).find("Experiment")
     assert experiment is not None
     run = experiment.find("TransientSimulation")
@@ -80,6 +81,14 @@ def test_reference_experiment_spans_the_data(tmp_path: Path, model: Model, fmi: 
     rows = np.loadtxt(entries[f"{REF}/input.csv"].decode().splitlines(), delimiter=",", skiprows=1)
     assert (rows[:, 1].min(), rows[:, 1].max()) == (-2.0, 3.0)
     np.testing.assert_allclose(np.diff(rows[:, 0]), 2e-4, rtol=1e-9)
+
+
+def test_a_name_with_a_comma_is_one_cell(tmp_path: Path, fmi: int) -> None:
+    name = 'u, "a"'
+    graph = Graph([Node("plays", "backlash_sum")], (), [Input(name, ("plays.u",))], [Output("y", "plays.y")])
+    entries = _entries(export_fmu(graph, tmp_path / "x.fmu", fmi))  # type: ignore[arg-type]
+    head, first = list(csv.reader(entries[f"{REF}/input.csv"].decode().splitlines()))[:2]
+    assert (head, len(first)) == (["time", name], 2)
 
 
 def test_manifest_names_every_file_with_its_checksum(tmp_path: Path, fmi: int) -> None:

@@ -57,6 +57,7 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     **{("exact", key): NO_CHAIN for key in METHODS if key not in CHAINS},
     **{(way, key): PAST for way in WAYS for key in OSCILLATORS},
     ("implicit", "lugre"): ("at friction", "sample time"),
+    ("implicit", "modified_bouc_wen"): ("at damper", "sample time"),
     ("implicit", "rate_mlp"): ("at rate", "sample time"),
     ("implicit", "polynomial_narx"): ("at network", "sample time"),
     ("implicit", "narx_network"): ("at network", "sample time"),
@@ -76,6 +77,7 @@ BOUND_OF = {
     ("learned", "duhem"): 12.0,
     # a force that depends on the speed, which the network does not read
     ("learned", "lugre"): 40.0,
+    ("learned", "modified_bouc_wen"): 40.0,
 }
 LATE = 0.1  # the same with dynamics, after the lag
 LEARNED: dict[str, Any] = {"starts": 1, "iterations": 30, "N": 8, "hidden": 6}

@@ -36,8 +36,8 @@ def gain(k=1.0, offset=0.0, name="u"):
             r"row 7: The values of u must be at most 1e\+100. Got 1.01e\+100",
         ),
         (U, np.where(np.arange(400) == 9, -1.01e100, U), r"row 9: The values of y must be at most 1e\+100"),
-        (np.where(np.arange(400) < 300, 5.0, U), U, "The u of the train rows must vary. Got the constant 5"),
-        (U, 0.99e-100 * (U - U.min()) / np.ptp(U[:300]), "The span of y in the train rows must be at least 1e-100"),
+        (np.where(np.arange(400) < 300, 5.0, U), U, "The u of the training rows must vary. Got the constant 5"),
+        (U, 0.99e-100 * (U - U.min()) / np.ptp(U[:300]), "The span of y in the training rows must be at least 1e-100"),
     ],
 )
 def test_data_that_no_fit_takes(u, y, words, key):
@@ -54,7 +54,7 @@ def test_data_at_the_limits():
     one.check(Dataset.from_signal(np.where(np.arange(400) == 7, 1e100, U), U, H))
     one.check(Dataset.from_signal(U, 1.01e-100 * (U - U.min()) / np.ptp(U), H))
     T = np.where(np.arange(400) < 300, 5.0, U)
-    with pytest.raises(InputError, match="The T of the train rows must vary"):
+    with pytest.raises(InputError, match="The T of the training rows must vary"):
         one.check(Dataset(H * np.arange(400), U, U, train=slice(0, 300), covariates={"T": T}))
 
 
@@ -103,7 +103,7 @@ def test_a_fit_states_its_numbers(monkeypatch, parameters, warned):
     assert model.fit["rms_percent"] == pytest.approx(100 * 0.1 / data.span)
     found = model.fit["warnings"]
     assert found[0] == "first"
-    assert any(w.startswith(f"{parameters} parameters from 300 train rows") for w in found) is warned
+    assert any(w.startswith(f"{parameters} parameters from 300 training rows") for w in found) is warned
     assert found[-1].startswith("p = 0 is a bound of the search (0 to 1)")
     p = model.provenance
     assert (p["seed"], p["options"], p["rows"], p["train"]) == (3, {"N": 7, "w0_min": 0.0}, 400, "0:300")

@@ -117,11 +117,11 @@ def test_what_the_record_does_not_tell_apart_is_warned_of():
         ({}, "must be at least one"),
         ({"play.w": True}, "with a node of plays, out. Got 'play.w' instead. Did you mean"),
         ({"plays.weight": True}, "must be one of w0, r, w, z0. Got 'weight' instead"),
-        ({"plays.n": True}, "A size must not be free"),
+        ({"plays.n": True}, "must not be a size. Got 'plays.n'"),
         ({"plays.w[4]": True}, r"must be in 1\.\.3. Got 4 instead"),
-        ({"plays.w": True, "plays.w[1]": True}, "must be freed once"),
+        ({"plays.w": True, "plays.w[1]": True}, "must be named once"),
         ({"plays.w": (0.2, 1.0)}, r"must contain its value in the graph, 0.1. Got 0.2 to 1"),
-        ({"plays.w": (1.0, 1.0)}, "must rise. Got 1 to 1"),
+        ({"plays.w": (1.0, 1.0)}, "must be below the upper bound. Got 1 and 1"),
         ({"plays.w": False}, "must be true, .lower, upper. or a table. Got False"),
         ({"plays.w": {"least": 0.0}}, "must be one of lower, upper, scale, rising, sum. Got 'least'"),
         ({"plays.w": {"scale": "sqrt"}}, "must be 'linear' or 'log'. Got 'sqrt'"),
@@ -147,7 +147,7 @@ def test_what_else_is_refused():
         hy.fit(data, made, free={"g0.hold": True})
     with pytest.raises(hy.InputError, match=r"must have one input and an output\. Got sum"):
         hy.fit(data, hy.blocks.Sum())
-    with pytest.raises(hy.InputError, match="u of the train rows must vary"):
+    with pytest.raises(hy.InputError, match="u of the training rows must vary"):
         hy.fit(hy.Dataset(data.t, np.ones(800), data.y), graph(), free=LINEAR)
     with pytest.raises(hy.InputError, match="option of a graph must be one of: starts"):
         hy.fit(data, graph(), free=LINEAR, N=4)

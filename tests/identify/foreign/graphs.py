@@ -100,6 +100,14 @@ def ipmc(*drawn: float) -> Made:
     return _graph(nodes, wires, "out", u=("plays.u",)), free
 
 
+def mr_damper(c_0: float, c_1: float, k_0: float, k_1: float, alpha: float, A: float, beta: float) -> Made:
+    """One block; the scale of z is held, because only alpha z has an effect."""
+    values = {"c_0": c_0, "c_1": c_1, "k_0": k_0, "k_1": k_1, "alpha": alpha, "A": A, "beta": beta, "gamma": beta}
+    free = ("c_0", "c_1", "k_0", "k_1", "alpha", "beta", "gamma")
+    damper = hy.Node("damper", "modified_bouc_wen", {}, values)
+    return _chain(damper), {f"damper.{name}": True for name in free}
+
+
 def bouc_wen_g0(beta: float, share: float, n: float, a: float, f: float, zeta: float, rows: float) -> Made:
     """Operator beside a line, mode, delay."""
     wires = [("operator.z", "mix.u[2]"), ("mix.y", "mode.u")]
@@ -165,6 +173,7 @@ GRAPHS: dict[str, Callable[..., Made]] = {
     "battery, one state": battery,
     "Jiles-Atherton, eddy lag": jiles_atherton,
     "IPMC, back-relaxation": ipmc,
+    "Spencer's MR damper": mr_damper,
     "Bouc-Wen + G0": bouc_wen_g0,
     "plays + two modes": two_modes,
     "dielectric elastomer": elastomer,

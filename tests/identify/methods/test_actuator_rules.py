@@ -167,7 +167,10 @@ def test_the_parts_are_counted_and_told():
     assert 0 < found["validation_percent"] < 0.1
     assert told == [0.2, 0.8]
     _, count, found = actuator.build(data, {**OPTIONS, "creep": "yes", "bend": 3, "covariates": "bend"}, 0, told.append)
-    assert found["parts"] == "plays, bend of degree 3, bend that follows T, bend that follows quiet, creep with 2 lags"
+    follows = "static nonlinearity that follows"
+    assert found["parts"] == (
+        f"plays, static nonlinearity of degree 3, {follows} T, {follows} quiet, creep with 2 lags"
+    )
     assert count == 4 + 4 + 2 + 2 * 4
 
 
@@ -322,7 +325,7 @@ def test_the_graph_of_a_structure_runs_as_bent_sum_does(parts):
 def test_a_structure_in_words():
     data = noise_record(covariates=2)
     words = actuator._named(Parts("stops", 3, (0.1, 1.0), Dynamics(1.0, 1.0, 0.0), ("none", "gain")), data)
-    assert words == "stops, bend of degree 3, gain that follows T1, creep with 2 lags, G0(s) with delay"
+    assert words == "stops, static nonlinearity of degree 3, gain that follows T1, creep with 2 lags, G0(s) with delay"
     assert actuator._named(Parts(levels=("none", "none")), data) == "plays"
 
 

@@ -100,7 +100,7 @@ def test_a_covariate_scales_a_network_of_its_own():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"n_u": 20, "n_f": 2}, "at most the 260 train rows. Got 276 for n_u = 20, n_f = 2, n_y = 0, q = 2"),
+        ({"n_u": 20, "n_f": 2}, "at most the 260 training rows. Got 276 for n_u = 20, n_f = 2, n_y = 0, q = 2"),
         ({"n_u": 60, "n_f": 40}, "at most 5000 and"),
     ],
 )
@@ -112,7 +112,7 @@ def test_what_does_not_go_together(options, words):
 def test_as_many_weights_as_rows_are_enough():
     data = record(train=slice(20, 75))  # 55 rows, 55 monomials of nine variables
     assert kind.build(data, {**OPTIONS, "n_u": 8}, 0, lambda f: None)[1] == 55
-    with pytest.raises(InputError, match=r"the 54 train rows. Got 55"):
+    with pytest.raises(InputError, match=r"the 54 training rows. Got 55"):
         kind.build(data.with_train((20, 74)), {**OPTIONS, "n_u": 8}, 0, lambda f: None)
 
 

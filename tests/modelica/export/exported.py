@@ -27,7 +27,8 @@ KEYS = tuple(k for k in METHODS if k != "auto")  # auto chooses one of the other
 CONTINUOUS_KEYS = tuple(  # kinds that have a continuous realisation
     k
     for k in KEYS
-    if not k.endswith("_oscillator") and k not in ("lugre", "narx_network", "polynomial_narx", "rate_mlp")
+    if not k.endswith("_oscillator")
+    and k not in ("lugre", "modified_bouc_wen", "narx_network", "polynomial_narx", "rate_mlp")
 )
 CONTINUOUS_BOUND = {"Events": 2e-4, "Smooth": 1e-3}  # creep is exact here, discretised there; corners and polygons
 ROUNDING = 1e-12  # |Modelica - predict| / span of predict

@@ -61,7 +61,7 @@ def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
         main, ["export", str(tmp_path / "with.model.toml"), "--modelica", str(tmp_path), "--step", "0.002"]
     )
     assert refused.exit_code == 2
-    assert "--step must be left out: the model was identified with a step of 0.01 s" in refused.output
+    assert "--step must not be given: the model has a step of 0.01 s" in refused.output
 
 
 TIED = [

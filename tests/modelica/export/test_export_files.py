@@ -1,6 +1,7 @@
 """`hystfmu export --modelica`: files, names, refusals; foreign files stay, writes are atomic."""
 
 import os
+import re
 from pathlib import Path
 
 import exported
@@ -176,3 +177,19 @@ def test_names_and_texts_are_legal() -> None:
     assert package_name("hystFMU") == "HystFMU_"
     assert package_name("model") == "Model_"
     assert string('a "b" \\ \n c') == '"a \\"b\\" \\\\ c"'
+
+
+@pytest.mark.parametrize("second", ["du", "u_unit", "u_rate", "plays", "plays_rate", "HystFMU"])
+def test_names_that_a_block_declares_differ(second: str, tmp_path: Path) -> None:
+    """A port may have the name of the rate or the unit of another one, or of the rate of a component."""
+    plays = Node("plays", "backlash_sum", {}, {"w0": 0.3, "r": [0.1, 0.2], "w": [0.3, 0.2]})
+    whole = Node("whole", "sum", {"n": 2}, {"k": [1.0, 1.0]})
+    inputs = [Input("u", ("plays.u",), "V"), Input(second, ("whole.u[2]",), "V")]
+    graph = Graph([plays, whole], [("plays.y", "whole.u[1]")], inputs, [Output("y", "whole.y", "um")])
+    package = export_modelica(Model("m", graph, 1e-3), tmp_path, "Pkg")
+    declared = re.compile(r"^  (?:parameter |constant )?(?:HystFMU\.[\w.]+|Real|Boolean|Values) (\w+)", re.M)
+    ports, events = (declared.findall((package / f"{name}.mo").read_text()) for name in ("Ports", "Events"))
+    assert {"u", "du", "u_unit", "y"} <= set(ports)
+    assert {"plays_rate", "plays__rate"} & set(events)
+    assert len({*ports, *events}) == len(ports + events)
+    assert "HystFMU" not in ports

@@ -1,7 +1,7 @@
 """Every shipped scenario simulated again, by plays, controllers and a discretisation that are not those of the core.
 
 One case of each; its output agrees along the whole trajectory, and its error with the recorded one, to 0.001 % of the
-span.  `python tests/scenarios/shipped/test_resimulation.py` prints the differences.
+span.
 """
 
 import sys
@@ -25,8 +25,6 @@ SCENARIOS = {
     f.parent.relative_to(ROOT / "scenarios").as_posix(): f.parent
     for f in sorted((ROOT / "scenarios").glob("**/scenario.toml"))
 }
-NOT_COVERED: dict[str, str] = {}
-"""Scenarios that are not simulated again, and why."""
 QUICK = (
     "cascade_1khz",
     "iterative_learning_1khz",
@@ -112,7 +110,6 @@ def differences(system: System) -> tuple[float, float]:
             *c, marks=() if c[0] in QUICK and c[1] is None else pytest.mark.stress, id="/".join(filter(None, c))
         )
         for c in CASES
-        if c[0] not in NOT_COVERED
     ],
 )
 def test_a_scenario_agrees_with_its_independent_simulation(name: str, case: str | None) -> None:
@@ -121,24 +118,9 @@ def test_a_scenario_agrees_with_its_independent_simulation(name: str, case: str 
     assert error < TOLERANCE
 
 
-def test_what_is_not_covered_exists() -> None:
-    assert set(NOT_COVERED) | set(QUICK) | set(MORE) | set(INSTEAD) <= set(SCENARIOS)
-
-
 def test_a_loop_with_another_gain_does_not_agree() -> None:
     """One gain that is one percent off is seen."""
     theirs = run(case_of("pid_1khz", "sine_100"))
     other = Cases(SCENARIOS["pid_1khz"]).changed({"pid.Ki": "*1.01"}, None)
     found = again(build(next(c for c in other.cases if c.name == "sine_100")), theirs)["plant.y"]
     assert np.abs(found - theirs["plant.y"]).max() > 10 * TOLERANCE * np.ptp(found)
-
-
-if __name__ == "__main__":
-    wanted = sys.argv[1:] or list(SCENARIOS)
-    for name, case in CASES:
-        if name in wanted and name not in NOT_COVERED:
-            system = case_of(name, case)
-            along, error = differences(system)
-            print(f"{system.case.title:50s} {along:.1e} {error:.1e}", flush=True)
-    for name, why in NOT_COVERED.items():
-        print(f"{name:50s} not covered: {why}")

@@ -8,6 +8,7 @@ import pytest
 import tuned
 from click.testing import CliRunner
 from scripts import loaded
+from tracking_table import baseline
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -16,7 +17,6 @@ from hystfmu.data.signals import decaying_sine
 from hystfmu.identify import fit
 from hystfmu.model import Model
 from hystfmu.scenario import Cases, build
-from hystfmu.scenario.outcome.result import Baseline
 from papers.ipmc_sensor import RATE, STROKE, sensor
 
 ROOT = Path(__file__).parents[3] / "scenarios"
@@ -35,26 +35,20 @@ CONDITIONS = (*NOMINAL, "random", "broadband", *DISTURBED)
 BOTH_PLANTS = {f"{plant}{c}" for plant in PLANTS for c in (*CONDITIONS, *(f"{k}_{e}" for k in CORNERS for e in ENDS))}
 
 
-def recorded(name: str) -> dict[str, dict[str, float]]:
-    baseline = Baseline.load(ROOT / name)
-    assert baseline is not None
-    return baseline.metrics
-
-
 @pytest.mark.some(6)
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)
 def test_complete_with_limits(folder: Path) -> None:
     """A limit is what is asked for: a round figure, met, which the baseline does not set."""
     scenario = Cases(folder)
     assert scenario.spec.name == folder.name
-    baseline = recorded(folder.name)
-    assert list(baseline) == [c.name for c in scenario.cases]
+    recorded = baseline(folder.name)
+    assert list(recorded) == [c.name for c in scenario.cases]
     for case in scenario.cases:
         build(case)
-        assert case.metrics.keys() == baseline[case.name].keys()
+        assert case.metrics.keys() == recorded[case.name].keys()
         for name, m in case.metrics.items():
             assert m.limit is not None, f"{case.title}: {name} has no limit"
-            assert baseline[case.name][name] <= m.limit, f"{case.title}: {name}"
+            assert recorded[case.name][name] <= m.limit, f"{case.title}: {name}"
             assert m.limit == float(f"{m.limit:.2g}"), f"{case.title}: {name} {m.limit} is no round figure"
 
 
@@ -62,10 +56,9 @@ def test_complete_with_limits(folder: Path) -> None:
 @pytest.mark.parametrize("file", sorted(ROOT.rglob("scenario.toml")), ids=lambda f: f.parent.name)
 def test_every_limit_guards(file: Path) -> None:
     """No metric of any case may exceed three times what is recorded, whatever its limit."""
-    scenario, baseline = Cases(file), Baseline.load(file.parent)
-    assert baseline is not None
+    scenario, recorded = Cases(file), baseline(str(file.parent.relative_to(ROOT)))
     assert {c.guard for c in scenario.cases} <= {3.0}
-    assert {c.name: c.metrics.keys() for c in scenario.cases} == {n: m.keys() for n, m in baseline.metrics.items()}
+    assert {c.name: c.metrics.keys() for c in scenario.cases} == {n: m.keys() for n, m in recorded.items()}
 
 
 def test_every_loop_at_10_khz_has_the_known_step_and_all_corners() -> None:
@@ -89,10 +82,10 @@ def test_every_controller_runs_in_every_condition_on_the_bouc_wen_plant() -> Non
     assert other == ["pid/other_class_10", "cascade/other_class_10"]
     for c in plants:
         assert "inverse" not in c.units or "bouc_wen" in str(c.units["inverse"].model or c.units["inverse"].inverse_of)
-        assert set(recorded(c.scenario)[c.name]) == set(c.metrics)
+        assert set(baseline(c.scenario)[c.name]) == set(c.metrics)
     wanted = {f"bouc_wen_{c}" for c in (*NOMINAL, "random", *(f"{k}_{e}" for k in CORNERS for e in ("10", "100")))}
     for name in ("open_loop_1khz", "cascade_1khz", "pid_1khz", "sliding_mode_2005_1khz"):
-        assert wanted <= recorded(name).keys(), name
+        assert wanted <= baseline(name).keys(), name
 
 
 def test_the_corners_are_those_that_are_asked_for() -> None:
@@ -119,7 +112,7 @@ def test_the_corners_are_those_that_are_asked_for() -> None:
 @pytest.mark.parametrize("name", TUNED_10_KHZ)
 def test_every_loop_survives_every_corner_with_two_steps(name: str) -> None:
     """Simulated: with a step more than the design knows of, no corner is much worse than without."""
-    found = recorded(name)
+    found = baseline(name)
     for corner in (plant + corner for plant in PLANTS for corner in CORNERS):
         for f in ("10", "100"):
             known, late = (found[f"{corner}_{step}{f}"]["tracking"] for step in ("", "two_steps_"))
@@ -128,14 +121,14 @@ def test_every_loop_survives_every_corner_with_two_steps(name: str) -> None:
 
 @pytest.mark.parametrize("name", [n for n in TUNED_10_KHZ if n != AROUND])
 def test_integral_action_removes_what_a_corner_does_at_10_hz(name: str) -> None:
-    found, law = recorded(name), recorded(AROUND)
+    found, law = baseline(name), baseline(AROUND)
     for corner in (plant + corner for plant in PLANTS for corner in CORNERS):
         assert found[f"{corner}_10"]["tracking"] < 0.2 * law[f"{corner}_10"]["tracking"], corner
 
 
 def test_learning_beats_feedback_where_the_reference_repeats() -> None:
     """Periodic references are asked for 0.015 at 100 Hz, 0.2 in the corners."""
-    learnt, fed_back = recorded("iterative_learning"), recorded("pid")
+    learnt, fed_back = baseline("iterative_learning"), baseline("pid")
     assert learnt["sine_100"]["tracking"] <= 0.015
     for corner in CORNERS:
         for case in (f"{corner}_100", f"{corner}_two_steps_100"):
@@ -144,20 +137,20 @@ def test_learning_beats_feedback_where_the_reference_repeats() -> None:
 
 
 def test_an_inverse_of_the_class_of_the_plant_is_worth_more_than_one_of_another() -> None:
-    found = recorded("cascade")
+    found = baseline("cascade")
     assert all(found[f"bouc_wen_sine_{f}"]["tracking"] <= 0.05 for f in (10, 100))
     assert found["other_class_10"]["tracking"] > 50 * found["bouc_wen_sine_10"]["tracking"]
 
 
 @pytest.mark.parametrize("name", ["cascade_1khz", *sorted(n for n in TUNED if n.endswith("_1khz"))])
 def test_tracking_at_1_khz(name: str) -> None:
-    found = recorded(name)
+    found = baseline(name)
     for case, percent in zip(NOMINAL, (0.3, 1.4, 3.0), strict=True):
         assert found[case]["tracking"] <= percent, case
 
 
 def test_the_exact_inverse_leaves_rounding_only() -> None:
-    for case, metrics in recorded("cascade_static").items():
+    for case, metrics in baseline("cascade_static").items():
         if case.startswith("exact"):
             assert metrics["worst"] <= 1e-10, case  # percent of stroke: 1e-12 of it
 
@@ -189,7 +182,7 @@ def test_the_loops_at_10_khz_pass_in_the_core(case: str | None) -> None:
 def test_papers_are_complete(folder: Path) -> None:
     scenario = Cases(folder)
     assert scenario.spec.name == folder.name
-    assert list(recorded(f"papers/{folder.name}")) == [c.name for c in scenario.cases]
+    assert list(baseline(f"papers/{folder.name}")) == [c.name for c in scenario.cases]
     assert all(m.limit is not None for c in scenario.cases for m in c.metrics.values())
     assert all(unit.fmu is None and unit.graph is None for c in scenario.cases for unit in c.units.values())
 
@@ -206,7 +199,7 @@ def test_papers_are_complete(folder: Path) -> None:
 )
 def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
     for case in Cases(ROOT / "papers" / name).cases:
-        met = recorded(f"papers/{name}")[case.name][metric] <= printed
+        met = baseline(f"papers/{name}")[case.name][metric] <= printed
         assert met == ("the error exceeds that of the paper" not in case.text)
         assert not met or case.metrics[metric].limit == pytest.approx(printed, rel=1e-3)
 
@@ -225,7 +218,7 @@ def test_a_network_is_not_asked_for_the_record_that_it_is_trained_on() -> None:
 
 def test_the_learning_compensator_follows_a_sensor_that_changes() -> None:
     """20 % at 10 s: from the tenth period on the error is at most 1.2 times that without change."""
-    error = {case: of["tracking"] for case, of in recorded("papers/ipmc_bfbnn_learning").items()}
+    error = {case: of["tracking"] for case, of in baseline("papers/ipmc_bfbnn_learning").items()}
     assert error["change_20"] <= 1.2 * error["unchanged"]
     assert error["change_20_fixed"] >= 3 * error["change_20"]
     for case in Cases(ROOT / "papers" / "ipmc_bfbnn_learning").cases:
@@ -234,7 +227,7 @@ def test_the_learning_compensator_follows_a_sensor_that_changes() -> None:
 
 
 def test_the_loop_of_2005_tracks_better_than_its_inverse_and_that_better_than_none() -> None:
-    none, alone, loop = (recorded(f"papers/yu_alici_2005_smc{end}") for end in ("_open_loop", "_inverse", ""))
+    none, alone, loop = (baseline(f"papers/yu_alici_2005_smc{end}") for end in ("_open_loop", "_inverse", ""))
     for case in none:
         assert 2 * loop[case]["tracking"] < alone[case]["tracking"], case
         assert 2 * alone[case]["tracking"] < none[case]["tracking"], case
@@ -277,12 +270,12 @@ def test_an_example_says_what_its_file_promises(name: str, setting: str, said: s
 
 
 def test_examples_show_what_a_coupling_and_substeps_are_for() -> None:
-    loop, jacobi = recorded("example_iterative"), recorded("example_jacobi")
+    loop, jacobi = baseline("example_iterative"), baseline("example_jacobi")
     assert loop["late"]["residual"] > 1e-3
     assert all(m["residual"] < 1e-11 for case, m in loop.items() if case != "late")
-    assert jacobi["in_order"] == recorded("cascade")["sine_100"]
+    assert jacobi["in_order"] == baseline("cascade")["sine_100"]
     assert jacobi["in_parallel"]["tracking"] > 100 * jacobi["in_order"]["tracking"]
-    own, hold = recorded("example_substeps"), recorded("example_hold")
+    own, hold = baseline("example_substeps"), baseline("example_hold")
     assert own["one_step"]["error"] > 9 * own["ten_substeps"]["error"]
     assert hold["held"]["error"] > 30 * hold["on_a_line"]["error"]
 

@@ -13,6 +13,7 @@ import switching_table
 import tuned
 from click.testing import CliRunner
 from scripts import loaded
+from tracking_table import baseline
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -26,7 +27,6 @@ from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opened import OpenedLoop
 from hystfmu.scenario.loop.opening import open_loop
-from hystfmu.scenario.outcome.result import Baseline
 
 # ---- adaptive --------------------------------------------------------------------------------------------------------
 ROOT = Path(__file__).parents[3] / "scenarios"
@@ -131,12 +131,6 @@ def opened(name: str, case: str) -> OpenedLoop:
     return open_loop(build(cases[case]), SLOPES)
 
 
-def recorded(name: str) -> dict[str, dict[str, float]]:
-    baseline = Baseline.load(ROOT / name)
-    assert baseline is not None
-    return baseline.metrics
-
-
 def test_filters_of_the_scenario_are_those_of_the_design() -> None:
     """Of the loop without them, which is the scenario internal_model."""
     asked = tuned.recorded()["repetitive"]["values"]
@@ -163,15 +157,15 @@ def test_a_clipped_sine_costs_the_clipping_only_if_the_model_knows_the_limits() 
     reach = 1.3 * 0.94 - 0.1 * np.linspace(0.05, 0.5, 10).sum()
     r = np.sin(2 * np.pi * np.linspace(0, 1, 100001))
     clipping = 50 * np.sqrt(np.mean((np.clip(r, -reach, reach) - r) ** 2))
-    found = recorded("internal_model")
+    found = baseline("internal_model")
     assert found["saturation_10"]["tracking"] == pytest.approx(clipping, rel=0.01)
     assert found["windup_10"]["tracking"] > 3 * clipping
-    assert recorded("repetitive")["saturation_10"]["tracking"] == pytest.approx(clipping, rel=0.01)
+    assert baseline("repetitive")["saturation_10"]["tracking"] == pytest.approx(clipping, rel=0.01)
 
 
 def test_what_repeats_is_learnt_in_every_corner() -> None:
     """Periodic references: 10 Hz 0.02, corners 0.03; 100 Hz 0.015, corners 0.2; with two steps as well."""
-    found = recorded("repetitive")
+    found = baseline("repetitive")
     assert found["sine_10"]["tracking"] <= 0.02
     assert found["sine_100"]["tracking"] <= 0.015
     corners = [f"{gain}_{f}" for gain in ("up", "down") for f in (400, 600)]
@@ -215,9 +209,7 @@ def model(name: str) -> hy.Model:
 
 
 def kept(loop: str) -> dict[str, float]:
-    baseline = Baseline.load(ROD / loop)
-    assert baseline is not None
-    return {case: of["tracking"] for case, of in baseline.metrics.items()}
+    return {case: of["tracking"] for case, of in baseline(f"magnetostrictive/{loop}").items()}
 
 
 def held(u: np.ndarray, h: float = 1e-4, finer: int = 10) -> np.ndarray:

@@ -1,8 +1,10 @@
-"""Small records of devices of many kinds: plays, rubber, battery, friction; equations in numpy, stepped row by row."""
+"""Small records of devices of many kinds: plays, rubber, battery, friction; by solvers of the tests."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
+import plants
+from foreign.solvers import lag, mode
 
 Record = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -16,48 +18,9 @@ def reversals(n: int, seed: int, turns: int = 36) -> np.ndarray:
     return np.interp(np.linspace(0, len(levels) - 1, n), np.arange(len(levels)), levels)
 
 
-def plays(x: np.ndarray, r: Iterable[float] = (0.1, 0.25, 0.5), w: Iterable[float] = (0.25, 0.2, 0.15)) -> np.ndarray:
+def plays(x: np.ndarray) -> np.ndarray:
     """Half of x and a sum of plays."""
-    y = 0.5 * x
-    for radius, weight in zip(r, w, strict=True):
-        z = np.clip(0.0, x[0] - radius, x[0] + radius)
-        for k, v in enumerate(x):
-            z = min(max(z, v - radius), v + radius)
-            y[k] += weight * z
-    return y
-
-
-def lag(x: np.ndarray, h: float, tau: float) -> np.ndarray:
-    """First-order lag of static gain 1, at rest under x[0], for a held input."""
-    y, keep, s = np.empty(len(x)), np.exp(-h / tau), x[0]
-    for k, v in enumerate(x):
-        y[k] = s
-        s = v + keep * (s - v)
-    return y
-
-
-def mode(x: np.ndarray, h: float, f: float, zeta: float) -> np.ndarray:
-    """Resonance of static gain 1 by steps of h / 40 (semi-implicit Euler), at rest under x[0]."""
-    w, dt, y, p, v = 2 * np.pi * f, h / 40, np.empty(len(x)), x[0], 0.0
-    for k, u in enumerate(x):
-        y[k] = p
-        for _ in range(40):
-            v += dt * (w * w * (u - p) - 2 * zeta * w * v)
-            p += dt * v
-    return y
-
-
-def bouc_wen(x: np.ndarray) -> np.ndarray:
-    """Force law A dx - beta |dx| z - gamma dx |z|, by steps of a tenth of a row."""
-    y, z = np.empty(len(x)), 0.0
-    before = x[0]
-    for k, u in enumerate(x):
-        dx = (u - before) / 10
-        for _ in range(10):
-            z += 1.2 * dx - 1.5 * abs(dx) * z - 0.7 * dx * abs(z)
-        before = u
-        y[k] = 0.8 * u - 0.4 * z
-    return y
+    return 0.5 * x + plants.plays(x, np.array([0.1, 0.25, 0.5])) @ [0.25, 0.2, 0.15]
 
 
 def _noisy(y: np.ndarray, share: float, seed: int) -> np.ndarray:
@@ -74,7 +37,7 @@ def _elastomer() -> Record:
     n, h = 1500, 2e-3
     x = reversals(n, 5)
     force = (0.6 + 0.4 * x) ** 2
-    y = 0.8 * mode(force, h, 45, 0.05) + 0.12 * lag(force, h, 0.1) + 0.08 * lag(force, h, 1.0)
+    y = 0.8 * mode(force, 45, 0.05, h) + 0.12 * lag(force, 0.1, h) + 0.08 * lag(force, 1.0, h)
     return h * np.arange(n), 3 + 2 * x, 0.4 * _noisy(y, 5e-4, 6)
 
 
@@ -83,37 +46,38 @@ def _creep_alone() -> Record:
     n, h = 500, 0.1
     x = reversals(n, 7, 20)
     y = plays(x)
-    return h * np.arange(n), 50 + 50 * x, 10 * _noisy(0.6 * lag(y, h, 0.3) + 0.4 * lag(y, h, 3.0), 3e-4, 8)
+    return h * np.arange(n), 50 + 50 * x, 10 * _noisy(0.6 * lag(y, 0.3, h) + 0.4 * lag(y, 3.0, h), 3e-4, 8)
 
 
 def _battery() -> Record:
     """Voltage over current: resistance and two relaxations of minutes, a row a second."""
     n = 500
     x = reversals(n, 9, 10)
-    y = 3.7 + 0.05 * x + 0.02 * lag(x, 1.0, 20) + 0.03 * lag(x, 1.0, 200)
+    y = 3.7 + 0.05 * x + 0.02 * lag(x, 20, 1.0) + 0.03 * lag(x, 200, 1.0)
     return 1.0 * np.arange(n), 2 * x, _noisy(y, 3e-4, 10)
 
 
-def _stage(chirp: bool) -> Record:
-    """Plays in front of 150 Hz, damping .03, at 4 kHz; with a chirp to 400 Hz or without."""
-    n, h = 4000, 2.5e-4
-    x = reversals(n, 11)
-    if chirp:
-        k = np.arange(n // 2)
-        x = np.concatenate([reversals(n // 2, 11), 0.05 * np.sin(2 * np.pi * h * (5 * k + 395 * k**2 / n))])
-        x[: n // 2] -= np.linspace(0, x[n // 2 - 1], n // 2)
-    y = mode(plays(np.clip(x, -1, 1)), h, 150, 0.03)
-    return h * np.arange(n), 60 + 60 * np.clip(x, -1, 1), 20 * _noisy(y, 2e-4, 12)
-
-
-def _bent_stage() -> Record:
-    """Plays and their cube in front of 150 Hz, damping .3, at 2 kHz, with a chirp to 400 Hz."""
-    n, h = 1500, 5e-4
+def _with_chirp(n: int, h: float) -> np.ndarray:
+    """Reversals, then a chirp to 400 Hz in the same number of rows."""
     k = np.arange(n // 2)
     x = np.concatenate([reversals(n // 2, 11), 0.05 * np.sin(2 * np.pi * h * (5 * k + 395 * k**2 / n))])
     x[: n // 2] -= np.linspace(0, x[n // 2 - 1], n // 2)
-    v = plays(np.clip(x, -1, 1))
-    return h * np.arange(n), 60 + 60 * np.clip(x, -1, 1), 20 * _noisy(mode(v + 2 * v**3, h, 150, 0.3), 5e-4, 12)
+    return np.clip(x, -1, 1)
+
+
+def _stage(chirp: bool) -> Record:
+    """Plays in front of 150 Hz, damping .03, at 4 kHz; with a chirp or without."""
+    n, h = 4000, 2.5e-4
+    x = _with_chirp(n, h) if chirp else reversals(n, 11)
+    return h * np.arange(n), 60 + 60 * x, 20 * _noisy(mode(plays(x), 150, 0.03, h), 2e-4, 12)
+
+
+def _bent_stage() -> Record:
+    """Plays and their cube in front of 150 Hz, damping .3, at 2 kHz, with a chirp."""
+    n, h = 1500, 5e-4
+    x = _with_chirp(n, h)
+    v = plays(x)
+    return h * np.arange(n), 60 + 60 * x, 20 * _noisy(mode(v + 2 * v**3, 150, 0.3, h), 5e-4, 12)
 
 
 def _decaying() -> Record:
@@ -126,7 +90,7 @@ RECORDS: dict[str, Callable[[], Record]] = {
     "static_plays": lambda: _static(plays),
     "falling_plays": lambda: _static(lambda x: -12 * plays(x)),
     "short": lambda: _static(plays, n=220),
-    "bouc_wen": lambda: _static(bouc_wen),
+    "bouc_wen": lambda: _static(plants.bouc_wen),
     "bent": lambda: _static(lambda x: np.tanh(plays(x)) * 30),
     "straight": lambda: _static(lambda x: 2 * x + 1),
     "noisy": lambda: _static(plays, noise=0.02),

@@ -76,13 +76,13 @@ def _days(dates: Sequence[str], american: bool, place: Callable[[int], str]) -> 
     if len(parts) < len(different):
         k = next(k for k, d in enumerate(dates) if not d)
         raise InputError(f"{place(k)}: The time must have a date, as the other rows. Got none.")
-    iso = all(len(d.partition(d[4])[0]) == 4 for d in parts)
+    iso = all(d[:4].isdigit() for d in parts)
     german = all("." in d for d in parts) or any(p[0] > 12 for p in parts.values())
     american |= any(p[1] > 12 for p in parts.values())
     if not iso and german == american:
         raise InputError(
-            f"{place(0)}: The date must be clear. Got {dates[0]!r}, day and month in either order: write the year "
-            "first, or give the sample rate in Hz (--rate)."
+            f"{place(0)}: The date must be clear. Got {dates[0]!r}, in which day and month are ambiguous: write the "
+            "year first, or give the sample rate in Hz (--rate)."
         )
     order = (0, 1, 2) if iso else (2, 1, 0) if german else (2, 0, 1)
     number = {}
@@ -116,17 +116,18 @@ class Clock:
     said: str
 
 
-def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: Array) -> Clock:
-    """Return the times of the `n` rows of a table, whose time column `k` contains the `numbers` (n,) or time stamps.
+def clock_of(table: Table, k: int | None, rate: float | None, numbers: Array, record: slice) -> Clock:
+    """Return the times of the n rows of a table, whose time column `k` contains the `numbers` (n,) or time stamps.
 
-    If there is no time column, `k` is None. If a sampling `rate` (Hz) is given, the time column is not used.
+    If there is no time column, `k` is None. If a sampling `rate` (Hz) is given, the time column is not used. `record`
+    contains the rows of the first record, whose time step may show the unit of measure.
 
     Raises
     ------
     InputError
         The column does not contain times, or the size of its numbers contradicts its unit of measure.
     """
-    rows: Array = np.arange(n, dtype=np.float64)
+    rows: Array = np.arange(len(numbers), dtype=np.float64)
     if rate is not None:
         return Clock(rows / np.float64(rate), None, f"{rate:g} Hz")
     if k is None:
@@ -140,8 +141,8 @@ def clock_of(table: Table, k: int | None, rate: float | None, n: int, numbers: A
             f"{table.where}The {column.name!r} column must be a time in {', '.join(TIME)}. Got [{column.unit}] "
             "instead: give the sample rate in Hz (--rate)."
         )
-    step = float(numbers[-1] - numbers[0]) / (n - 1) if n > 1 else 0.0
-    said, counts, first = _scale(table, column, float(numbers[0]) if n else 0.0, step)
+    steps = np.diff(numbers[record])
+    said, counts, first = _scale(table, column, float(numbers[0]), float(steps.mean()) if len(steps) else 0.0)
     t = numbers if not first else table.source.since(k)
     scaled: Array = t / counts
     return Clock(scaled, lambda: table.source.digits(k) / counts, f"{said}{first}")
@@ -157,8 +158,8 @@ def _scale(table: Table, column: Column, first: float, step: float) -> tuple[str
     counts = counts / seconds
     if sized and first / counts >= _YEARS[1]:
         raise InputError(
-            f"{table.where}The {column.name!r} column must be a time in {column.unit}. Got {first:.12g}, the size of "
-            f"{sized} since 1970: correct the heading, or give the sample rate in Hz (--rate)."
+            f"{table.where}The {column.name!r} column must be a time in {column.unit}. Got {first:.12g}, which may "
+            f"be a count of {sized} since 1970: correct the heading, or give the sample rate in Hz (--rate)."
         )
     if sized and first / counts >= _YEARS[0]:
         start = datetime.datetime.fromtimestamp(first / counts, datetime.UTC)

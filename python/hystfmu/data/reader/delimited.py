@@ -92,8 +92,8 @@ class Rows:
 
     def _unclear(self, line: int, cell: str) -> InputError:
         return InputError(
-            f"{self._path}: line {line}: The decimal sign must be clear. Got {cell[:40]!r}, a decimal number or one "
-            "with parted thousands: say which with --decimal , or --decimal ."
+            f"{self._path}: line {line}: The decimal sign must be clear. Got {cell[:40]!r}, in which the sign may "
+            "be decimal or separate thousands: state the decimal sign with --decimal , or --decimal ."
         )
 
     def words(self, k: int) -> list[str]:

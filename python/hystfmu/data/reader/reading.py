@@ -138,8 +138,9 @@ def read(
         roles = chosen(table, time, input, output, record, rate, covariates)
         timed = [roles.time] if roles.time is not None and table.columns[roles.time].kind != "clock" else []
         numbers = table.source.numbers([*roles.order, *timed])
-        clock = clock_of(table, roles.time, rate, len(numbers), numbers[:, -1])
-        pieces += [_Piece(table, roles, rows, numbers[rows], clock) for rows in _records(table, roles, len(numbers))]
+        records = _records(table, roles, len(numbers))
+        clock = clock_of(table, roles.time, rate, numbers[:, -1], records[0])
+        pieces += [_Piece(table, roles, rows, numbers[rows], clock) for rows in records]
     if len(pieces) == 1:
         return _dataset(pieces[0], train, resample, lag)
     return Dataset.joined([_dataset(piece, None, resample, lag) for piece in pieces], train)
@@ -232,6 +233,8 @@ def _dataset(
     y: Array = np.full(n, np.nan) if roles.output is None else numbers[:, 1]
     beside = _covariates(piece)
     t, digits, said = piece.clock.t[piece.rows], piece.clock.digits, piece.clock.said
+    if roles.time is not None:
+        check_finite(t, table.columns[roles.time].name or str(roles.time + 1), place)
     rows, mended = slice(None), False
     if n >= LEAST_ROWS:
         rows = train_rows(train, n, table.path)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hystfmu.base import InputError
 from hystfmu.data.columns import identifier
-from hystfmu.data.reader.table import DRIVES, LENGTHS, TIME, Column, Table
+from hystfmu.data.reader.table import DRIVES, KNOWN, LENGTHS, TIME, Column, Table
 
 NAMES = {  # lower-case names for each role, the most typical name first
     "time": (
@@ -85,23 +85,22 @@ def chosen(
     InputError
         A column does not exist, several columns are possible for one role, or one column is given for two roles.
     """
-    marked = None if record is None else _named(table, record, "record")
-    given = {"time": time if rate is None else None, "input": input, "output": output}
+    given = {"time": time, "input": input, "output": output, "record": record}
     found = {role: _named(table, key, role) for role, key in given.items() if key not in ("", None)}
-    if "output" in found and found["output"] == found.get("input"):
-        raise InputError(
-            f"{table.where}The output must be a column of its own. Got {table.title(found['output'])}, the input."
-        )
+    for role, k in found.items():
+        if (first := next(r for r in found if found[r] == k)) != role:
+            raise InputError(f"{table.where}The {role} must be a column of its own. Got {table.title(k)}, the {first}.")
     beside = tuple(_named(table, key, "covariate") for key in covariates)
-    taken: set[int | None] = {*found.values(), marked} - {None}
+    taken: set[int | None] = {*found.values()}
+    marked = found.get("record")
     for k in beside:
         if k in taken:
             raise InputError(
                 f"{table.where}A covariate must be a column of its own. Got {table.title(k)}, which has another role."
             )
         taken.add(k)
-    if rate is not None and time == "" and (clock := _recognised(table, "time", taken)) is not None:
-        taken.add(clock)  # the time column is not the input
+    if rate is not None and found.pop("time", None) is None:
+        taken.add(_recognised(table, "time", taken))  # the time column is not the input
     if rate is None and time == "":
         place = _recognised(table, "time", taken)
         left = _free(table, taken)
@@ -109,8 +108,8 @@ def chosen(
             place = left[0]
         if place is None and not table.step:
             raise InputError(
-                f"{table.where}The columns must include a time. Got {_listed(table)} instead. Name it with --time "
-                "(by its number from 1 where it has none), or give the sample rate in Hz (--rate)."
+                f"{table.where}The columns must include a time. Got {_listed(table)} instead. State its name or number "
+                "with --time, or the sample rate in Hz with --rate."
             )
         if place is not None:
             found["time"] = place
@@ -140,9 +139,9 @@ def chosen(
     named = any(_last(table.columns[found["input"]]) in names for names in NAMES["input"])
     if by_unit and found["output"] < found["input"] and not named:
         raise InputError(
-            f"{table.where}The input must be clear. Got {_listed(table)}: an actuator driven by "
-            f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}? Name them with --input and "
-            "--output."
+            f"{table.where}The input must be clear. Got {_listed(table)}, of an actuator driven by "
+            f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}: name the columns with "
+            "--input and --output."
         )
     return Roles(found.get("time"), found["input"], found.get("output"), marked, beside)
 
@@ -188,6 +187,8 @@ def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int |
     """Return the column of a role, recognised by its name or else by its unit of measure; None if there is none."""
     fitting = ("number", "text", "clock") if role == "time" else ("number",)
     free = [(k, c) for k, c in enumerate(table.columns) if k not in taken and c.kind in fitting]
+    if role == "time":
+        free = [(k, c) for k, c in free if c.unit in TIME or c.unit not in KNOWN]  # not a temperature "T [degC]"
     tests = [[k for k, c in free if _last(c) in names] for names in NAMES[role]]
     tests.append([k for k, c in free if c.unit in UNITS[role]])
     tests.append([k for k, c in free if _last(c) in QUANTITIES[role] and not c.unit])

@@ -101,6 +101,9 @@ _LINE = re.compile(
     r"(?:[;,\t\" ]*[\[(]?(?P<behind>[A-Za-zµμ/]+))?"
 )
 
+_PARTED = re.compile(r"[._']\d|[ \u00a0\u202f]\d{3}(?!\d)")
+_PREFIX = re.compile(r"\s*[kMGmun\u00b5\u03bc]")
+
 
 def stated_step(name: str, value: float, unit: str = "") -> float:
     """Return the time step (s) that a named number states; 0 if it is neither a time step nor a sampling rate.
@@ -128,15 +131,26 @@ def step_in(lines: Iterable[str], comma: bool) -> float:
     """
     for line in lines:
         if m := _LINE.match(line):
-            if comma and re.fullmatch(r"\d{1,3}\.\d{3}", m["number"]):  # 2.000 may mean 2 or 2000
-                continue
             number = m["number"].replace(",", ".") if comma else m["number"].partition(",")[0]
             behind = m["behind"] or ""
             of_a_step = spelling(behind) in TIME or "Hz" in behind or behind.endswith("/s")
             unit = m["unit"] or (behind if of_a_step else "")
+            if _is_unclear(m, number, unit, comma):
+                continue
             if step := stated_step(m["name"], float(number), unit.strip()):
                 return step
     return 0.0
+
+
+def _is_unclear(m: re.Match[str], number: str, unit: str, comma: bool) -> bool:
+    """Return whether a number may have parted thousands or an unknown prefix: 2.000, 2 000, 2,000 or 2 kSps."""
+    line, first, end = m.string, m.start("number"), m.end("number")
+    if comma and re.fullmatch(r"\d{1,3}\.\d{3}", m["number"]):
+        return True
+    second = "" if comma else "".join(line[first:].split(",")[1:2]).strip()  # another channel has the same number
+    if second[:1].isdigit() and not second.startswith(number):
+        return True
+    return bool(_PARTED.match(line, end) or (not unit and _PREFIX.match(line, end)))
 
 
 def units_in(rows: Iterable[list[str]], columns: int) -> list[str]:

@@ -206,7 +206,7 @@ def validate(
     seconds : float
         Time limit of each check (s).
     confined : bool
-        Whether the child processes have no access to the network and can write only to one private folder. Some
+        Whether the FMU is confined: it has no access to the network and can write only to one private folder. Some
         operating systems do not offer this protection.
     progress : function, optional
         Function that is called with the approximate fraction of completed checks, 0..1.

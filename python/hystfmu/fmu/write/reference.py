@@ -193,7 +193,7 @@ class Reference:
         names = [n for p in ports for n in (p.scalar_names if fmi == 2 else (p.name,))]
         widths = [w for p in ports for w in ([1] * p.size if fmi == 2 else [p.size])]
         starts = np.concatenate([[0], np.cumsum(widths)]).astype(int).tolist()
-        lines = [",".join(["time", *names])]
+        lines = [",".join(["time", *map(_cell, names)])]
         for k, row in enumerate(values.tolist()):
             words = [" ".join(map(repr, row[a:b])) for a, b in pairwise(starts)]
             lines.append(",".join([repr(k * self.h), *words]))
@@ -220,6 +220,11 @@ class Reference:
         files["experiments.xml"] = xml_file(root)
         files["fmi-ls-manifest.xml"] = _manifest(files)
         return {f"{FOLDER}/{name}": content for name, content in sorted(files.items())}
+
+
+def _cell(name: str) -> str:
+    """Return a name as a cell of a CSV file."""
+    return '"' + name.replace('"', '""') + '"' if set(name) & set(',"') else name
 
 
 def _manifest(files: dict[str, bytes]) -> bytes:

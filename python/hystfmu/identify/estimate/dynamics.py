@@ -140,12 +140,12 @@ def unknown(g: Dynamics, spread: Array, data: Dataset, options: Options) -> list
         found.append(f"f_n = {g.f_n:.4g} Hz is a bound of the search: the record shows no such dynamics")
     elif spread[0] > KNOWN:
         found.append(
-            f"f_n = {g.f_n:.4g} Hz is known to {100 * spread[0]:.2g} % only (standard error): excite up to about f_n"
+            f"f_n = {g.f_n:.4g} Hz has a standard error of {100 * spread[0]:.3g} %: excite frequencies up to about f_n"
         )
     if spread[1] > KNOWN:
-        found.append(f"zeta = {g.zeta:.3g} is known to {100 * spread[1]:.2g} % only (standard error)")
+        found.append(f"zeta = {g.zeta:.3g} has a standard error of {100 * spread[1]:.3g} %")
     if options["delay_max"] > 0 and 2 * np.pi * g.f_n * spread[2] * data.h > KNOWN_PHASE:
-        found.append(f"the delay {g.delay:.3g} s is known to {spread[2] * data.h:.2g} s only (standard error)")
+        found.append(f"the delay {g.delay:.3g} s has a standard error of {spread[2] * data.h:.2g} s")
     return found
 
 

@@ -100,7 +100,7 @@ def read(graph: Graph, given: Mapping[str, Spec]) -> tuple[Free, ...]:
         free = _read(graph, str(name), spec)
         for other in found:
             if other.place == free.place and {*other.elements} & {*free.elements}:
-                raise InputError(f"A parameter must be freed once. Got {other.name!r} and {free.name!r}.")
+                raise InputError(f"A free parameter must be named once. Got {other.name!r} and {free.name!r}.")
         found.append(free)
     return tuple(found)
 
@@ -116,7 +116,7 @@ def _read(graph: Graph, name: str, spec: Spec) -> Free:
     node = graph.node(m[1])
     rows = {v.name: v for v in node.block.parameters}
     if m[2] in node.dims:
-        raise InputError(f"A size must not be free, it is structure: make a graph for each. Got {name!r}.")
+        raise InputError(f"A free parameter must not be a size. Got {name!r}: fit one graph for each size.")
     if m[2] not in rows:
         raise InputError(
             f"A free parameter of {node.name} must be one of {', '.join(rows) or 'none'}. Got {m[2]!r} instead."
@@ -167,7 +167,8 @@ def _check_start(free: Free) -> None:
     lo, hi = free.lo, free.hi
     if free.lower is not None and free.upper is not None and not free.lower < free.upper:
         raise InputError(
-            f"The bounds of {free.name!r} must rise. Got {free.lower:g} to {free.upper:g}: leave it out to hold it."
+            f"The lower bound of {free.name!r} must be below the upper bound. Got {free.lower:g} and {free.upper:g}: "
+            "to fix the parameter, omit it."
         )
     if not ((lo <= free.start) & (free.start <= hi)).all():
         got = free.start[(free.start < lo) | (free.start > hi)][0]

@@ -75,7 +75,7 @@ def fit_graph(
     table, warnings = told.table, told.warnings
     table = {label: table[label] for f in frees for label in f.labels}
     if not found.whole:
-        warnings.append(f"the search ended at its limit of {options['seconds']:g} s: give it more (seconds)")
+        warnings.append(f"the search ended at its limit of {options['seconds']:g} s: increase the option seconds")
     limits = {
         label: (table[label]["value"], *bound)
         for f, bound in zip(problem.searched, problem.bounds, strict=True)

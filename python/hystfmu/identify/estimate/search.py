@@ -95,10 +95,12 @@ class Determined:
         found = []
         for names in self.together:
             if len(names) == 1:
-                found.append(f"the record does not determine {names[0]}: hold it, or excite what it changes")
+                found.append(
+                    f"the record does not determine {names[0]}: fix it, or use an input for which it changes the output"
+                )
             else:
                 listed = f"{', '.join(names[:-1])} and {names[-1]}"
-                found.append(f"the record determines {listed} only together: hold one of them")
+                found.append(f"the record determines {listed} only together: fix one of them")
         return found
 
 

@@ -90,7 +90,7 @@ KINDS = {
         "Bouc-Wen operator as a grey box, nonlinear least squares",
         bouc_wen,
         (
-            Option("starts", 6, 1, 1000, text="start values of the search"),
+            Option("starts", 6, 1, 1000, text="number of start values of the search"),
             N_MAX,
             Option("z0", None, -1.0, 1.0, text="z at the first row, as a fraction of its bound; default: fitted"),
             DEAD_BAND,

@@ -36,7 +36,7 @@ CANDIDATES = (Candidate(LAGS, 0.3, 0.3),)
 OPTIONS = (
     Option("nu", 1.0, 1.0, 20.0, text="sharpness of the knee"),
     Option(
-        "stride", 1, 1, 1000000, text="every stride-th train row counts: factor by which the data were interpolated"
+        "stride", 1, 1, 1000000, text="factor by which the record was interpolated; the fit uses one of stride rows"
     ),
 )
 

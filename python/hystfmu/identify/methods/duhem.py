@@ -56,7 +56,9 @@ POLYNOMIAL, SATURATING = "polynomial", "saturating"
 CANDIDATES = (Candidate(OPENS, 0.2, 0.5), Candidate(OPENS, 0.5, 0.4, options={"slopes": SATURATING}))
 OPTIONS = (
     Option("slopes", POLYNOMIAL, choices=(POLYNOMIAL, SATURATING), text="slope dw/du as a function of the output"),
-    Option("m", None, 0, 100, text="number of B-splines of the input, less 1; default: 0, of saturating slopes chosen"),
+    Option(
+        "m", None, 0, 100, text="number of B-splines of the input, less 1; default: 0; selected for saturating slopes"
+    ),
     Option("q", 5, 1, 10, text="degree of the slope dw/du as a polynomial of the output"),
     DEAD_BAND,
 )
@@ -226,7 +228,7 @@ def _polynomial(
     if min(map(len, slopes.parts)) < slopes.terms:
         rises, falls = map(len, slopes.parts)
         raise InputError(
-            f"{data.path or data.name}: The train rows for duhem with m = {m}, q = {q} must have at least "
+            f"{data.path or data.name}: The training rows for duhem with m = {m}, q = {q} must have at least "
             f"{slopes.terms} rows of rising and of falling u. Got {rises} and {falls} instead."
         )
     line = np.linalg.lstsq(np.column_stack([u[rows], np.ones(len(y))])[kept], y[kept], rcond=None)[0]

@@ -40,7 +40,7 @@ SHARES = (0.5, 0.25, 0.125)  # further start values of z_max, relative to the fi
 
 OPTIONS = (
     Option(
-        "stride", 1, 1, 1000000, text="every stride-th train row counts: factor by which the data were interpolated"
+        "stride", 1, 1, 1000000, text="factor by which the record was interpolated; the fit uses one of stride rows"
     ),
 )
 CANDIDATES = (Candidate(LAGS, 0.5, 3.0),)

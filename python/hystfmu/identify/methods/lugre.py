@@ -63,7 +63,7 @@ KINDS = {
     "lugre": Row(
         TEXT,
         build,
-        (Option("starts", 6, 1, 6, text="start values of the search"),),
+        (Option("starts", 6, 1, 6, text="number of start values of the search"),),
         (Candidate(LATE, 0.3, 0.4, quick={"starts": 1}),),
         records=True,
     )

@@ -51,7 +51,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     y = y[data.train]
     least = (SKIPPED + 2) * lags
     if len(u) < least:
-        raise InputError(f"The train rows must be at least {least} for {lags} lags. Got {len(u)} instead.")
+        raise InputError(f"The training rows must be at least {least} for {lags} lags. Got {len(u)} instead.")
     gain_u, gain_y = 1 / float(np.abs(u).max()), 1 / float(np.nanmax(np.abs(y)))
     iterations = options["one_step"], options["iterations"]
     tries = []

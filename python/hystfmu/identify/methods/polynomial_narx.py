@@ -129,7 +129,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> tup
     rows = len(data.u[data.counted])
     if parameters > min(rows, MOST_PARAMETERS):
         raise InputError(
-            f"The number of weights must be at most {MOST_PARAMETERS} and at most the {rows} train rows. "
+            f"The number of weights must be at most {MOST_PARAMETERS} and at most the {rows} training rows. "
             f"Got {parameters} for n_u = {n_u}, n_f = {n_f}, n_y = {n_y}, q = {q} instead."
         )
     u0 = u0_of(data, options)

@@ -134,6 +134,8 @@ def _priced(A: Array, b: Array, working: Array, weights: Array) -> Array:
 
 
 def _direct(A: Array, b: Array) -> Array:
+    if A.shape[1] == 0:  # nnls of SciPy 1.17 then frees its memory twice
+        return np.zeros(0)
     if A.shape[0] > 2 * A.shape[1]:  # the triangular QR factor has the same solution and fewer rows
         R = _triangle(A, b)
         A, b = R[:, :-1], R[:, -1]

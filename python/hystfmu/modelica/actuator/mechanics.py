@@ -200,7 +200,7 @@ class Mode:
             return cls(None, None, why)
         error = float(found["f_n_se"]) / f_n
         if not error < KNOWN:
-            return cls(None, None, f"f_n = {f_n:.4g} Hz is known to {100 * error:.2g} % only (standard error)")
+            return cls(None, None, f"f_n = {f_n:.4g} Hz has a standard error of {100 * error:.2g} %")
         damped = float(found.get("zeta_se", math.inf)) / zeta < KNOWN
         return cls(f_n, zeta if damped else None, f"f_n = {f_n:.4g} Hz, standard error {100 * error:.2g} %")
 
@@ -262,7 +262,7 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
             raise InputError(f"The data sheet of an actuator that is driven by {why} has no value {name!r}.")
     if sheet.stroke is None or sheet.blocking_force is None:
         k_held = form.stiffness
-        told.append(f"stiffness assumed, {k_held:g} N/m {form.size}: give stroke and blocking_force of its data sheet")
+        told.append(f"stiffness assumed, {k_held:g} N/m {form.size}: state stroke and blocking_force (--sheet)")
     else:
         k_held = sheet.blocking_force / sheet.stroke
         told.append(f"stiffness from the data sheet, {k_held:.3g} N/m {form.size.split(',')[0]}")
@@ -273,8 +273,8 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
     if given is None:
         C = work / COUPLING
         told.append(
-            f"{form.store} assumed, {C:.2g} {form.store_unit}, which makes the square of the coupling factor "
-            f"{COUPLING}, {form.coupled}: give {form.store} of its data sheet"
+            f"{form.store} assumed, {C:.2g} {form.store_unit}, for a squared coupling factor of "
+            f"{COUPLING}, {form.coupled}: state {form.store} (--sheet)"
         )
     else:
         C = given
@@ -289,7 +289,7 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
     share = 0.9 + 0.1 * coupling
     resistance = sheet.resistance or form.resistance
     if form.unit == "A" and sheet.resistance is None:
-        told.append(f"resistance of the coil assumed, {resistance:g} ohm: give resistance of its data sheet")
+        told.append(f"resistance of the coil assumed, {resistance:g} ohm: state resistance (--sheet)")
     k = k_held / (1 - coupling / share)
     tau = form.tau
     if mode.lag is not None and not form.leads:
@@ -298,7 +298,7 @@ def mechanics(form: Form, sheet: Sheet, most: float, stroke: float, slope: float
         mode = Mode(None, None, "the poles of the model are real, those of the eddy currents")
     f_n = sheet.resonance or mode.f_n
     if f_n is None:
-        told.insert(0, f"no mass, because {mode.why}: give resonance of its data sheet")
+        told.insert(0, f"no mass, because {mode.why}: state resonance (--sheet)")
         w = 2 * math.pi * SETTLING
         c = 2 * DAMPING * k_held / w
         return Mechanics(most, stroke, C, k, None, c, share, resistance, tau, None, None, tuple(told))

@@ -16,7 +16,7 @@ function parallel(svg) {
       return inside;
     });
     const good = kept.filter(d => d.good).length, share = kept.length ? ` (${print(100 * good / kept.length)} %)` : '';
-    const what = `${good} of ${kept.length} draws${share}`;
+    const what = `${good} of ${kept.length} variations${share}`;
     output.textContent = chosen ? `In the chosen ranges ${what}: ${svg.dataset.good}.` : '';
   }
   [...svg.querySelectorAll('.axis')].slice(0, far).forEach((axis, k) => {

@@ -269,6 +269,8 @@ class Native:
         if master.unit == -1:
             return Stopped(f"values that are not finite at t = {t:g} s")
         if master.unit == -2:
-            return Stopped(f"{master.most_sweeps} sweeps at t = {t:g} s do not agree; allow more, or a shorter step")
+            return Stopped(
+                f"{master.most_sweeps} sweeps at t = {t:g} s do not converge; increase max_sweeps, or reduce the step"
+            )
         m = members[master.unit]
         return Stopped(f"{m.name} refuses the step from t = {t:g} s: {m.why()}")

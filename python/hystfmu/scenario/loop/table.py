@@ -83,29 +83,29 @@ def _errors(system: System) -> tuple[float, float] | None:
 
 COLUMNS = {
     "Ms_db": "Ms dB",
-    "Ms_worst_db": "Ms dB, worst slope",
+    "Ms_worst_db": "Ms dB in sector",
     "gain_db": "gain up dB",
     "gain_low_db": "gain down dB",
     "phase_deg": "phase deg",
     "delay_steps": "delay steps",
     "simulated_delay_steps": "delay steps, simulated",
     "bandwidth_hz": "|S| < -3 dB to Hz",
-    "noise_gain": "noise to command",
+    "noise_gain": "command per noise",
     "learning": "learning factor",
     "Ms_1_db": "Ms dB, 1 step",
-    "Ms_1_largest_db": "Ms dB at largest slope, 1 step",
+    "Ms_1_largest_db": "Ms dB at largest gain, 1 step",
     "stable_to_steps": "stable to steps",
 }
 OPTIONAL = ("simulated_delay_steps", "learning")  # columns that are empty for some loops
 OF_MARGINS = ("Ms_db", "gain_db", "gain_low_db", "phase_deg", "delay_steps", "bandwidth_hz")
 AT_DELAY = ("Ms_db", "Ms_worst_db", *OF_MARGINS[1:], "noise_gain", "learning")
 FALLING = (
-    "delay steps, simulated: the gain of sliding mode and super-twisting falls with the amplitude; the linear columns "
-    "hold at the largest one, that of the smallest signals; simulated: up to there the error does not grow and stays "
-    "within 0.5 % of the stroke above that without further delay"
+    "delay steps, simulated: the largest delay for which the simulated error does not grow, and exceeds the error "
+    "without this delay by at most 0.5 % of the stroke. The other columns are valid for small signals, for which "
+    "sliding mode and super-twisting have their largest gain."
 )
 
-CONDITIONAL = "conditionally stable, and unstable if the gain decreases by more than 'gain down'"
+CONDITIONAL = "conditionally stable, that is, unstable if the gain decreases by more than 'gain down'"
 
 
 @dataclass(frozen=True)
@@ -194,11 +194,11 @@ class MarginTable:
         lines: list[str] = []
         if self.rows and delays:
             keys = [k for k in AT_DELAY if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
-            head = ["scenario", "cases", "slopes", "further steps", *(COLUMNS[k] for k in keys), "sector"]
+            head = ["scenario", "cases", "sector", "further steps", *(COLUMNS[k] for k in keys), "whole sector"]
             lines.append(table(head, [c for r in self.rows for c in r.cells_at_delay(keys)], keys=2))
         elif self.rows:
             keys = [k for k in COLUMNS if k not in OPTIONAL or any(r.margins[k] is not None for r in self.rows)]
-            head = ["scenario", "cases", "slopes", *(COLUMNS[k] for k in keys)]
+            head = ["scenario", "cases", "sector", *(COLUMNS[k] for k in keys)]
             lines.append(table(head, [r.cells(keys) for r in self.rows], keys=2))
             lines += [FALLING] if COLUMNS["simulated_delay_steps"] in head else []
         if found := sorted({r.scenario for r in self.rows if r.margins["conditionally_stable"]}):

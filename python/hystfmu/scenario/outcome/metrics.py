@@ -1,15 +1,6 @@
 """Metrics of a run, computed from successive rows.
 
-With e = signal - against, over the rows at or after `after`, in percent of the stroke:
-rms_percent              root mean square of e on the fine grid, that is, also between samples
-rms                      root mean square of e in the unit of measure of the signal
-max_percent              largest |e|, also between samples
-between_samples_percent  ripple: largest deviation of e from the straight line between its values at two samples
-variation_ratio          total variation of the signal divided by that of `against`, at samples; 1 means no chattering
-peak                     largest |signal|
-final                    |e| at the end (|signal| without `against`)
-loop_area_percent        area that the signal encloses over `against`, in percent of the rectangle of their spans; it is
-                         0 for a straight line and at most 78.5 for an ellipse; the window must be one period
+`hystfmu.Scenario.metric` explains the kinds. The area of an ellipse is at most 78.5 %.
 
 With `lines`, rms and max use only the rows at which `against` moves at constant speed. In a scan, these rows are the
 straight lines without the turn-arounds.

@@ -288,7 +288,7 @@ def judge(
             rule = "is not finite" if limit is None else f"exceeds the limit {limit:.6g}{stated}"
             failures.append(f"{case.title}: {name} ({m.kind} of {m.signal}) = {value:.6g} {rule}")
         if same is False:
-            advice = "; if that is meant, run with --record" if strict else ""
+            advice = "; if this change is intended, run with --record" if strict else ""
             changed.append(
                 f"{case.title}: {name} = {value:.9g} {CHANGED} {old:.9g} (tolerance {case.tolerance:g}){advice}"
             )

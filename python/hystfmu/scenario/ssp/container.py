@@ -370,7 +370,11 @@ def _description(system: System, name: str, token: str) -> bytes:
     order = ", ".join(p.name for p in system.parts)
     words = f"loop of the {system.case.description}; {len(system.parts)} units, stepped in the order {order}"
     root = ET.Element("fmiModelDescription", head | {"description": words, "generationTool": f"HystFMU {__version__}"})
-    ET.SubElement(root, "CoSimulation", modelIdentifier=name, canNotUseMemoryManagementFunctions="true")
+    able = {"modelIdentifier": name, "canNotUseMemoryManagementFunctions": "true"}
+    for limit in ("needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess"):  # of a unit, hence of the container
+        interfaces = (p.graph.description.coSimulation for p in system.parts if isinstance(p.graph, Foreign))
+        able |= {limit: "true"} if any(getattr(i, limit) for i in interfaces) else {}
+    ET.SubElement(root, "CoSimulation", able)
     step = system.case.step
     experiment = {"startTime": "0.0", "stopTime": repr(system.case.stop), "stepSize": repr(step)}
     ET.SubElement(root, "DefaultExperiment", experiment)

@@ -9,6 +9,7 @@ The result of a run is compared with the reference result in the archive.
 import csv
 import io
 import math
+import os
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
@@ -22,8 +23,10 @@ import numpy as np
 
 from hystfmu.base import Array, InputError, meant
 from hystfmu.fmu.archive import unpacked
+from hystfmu.fmu.foreign.instance import unit_of
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file
+from hystfmu.scenario.ssp.measures import Measure, converts, declared, not_converted
 from hystfmu.scenario.ssp.write import OSP, OURS, REFERENCE, SSD, SSV, connections
 from hystfmu.scenario.system.case import Case, split_end
 from hystfmu.scenario.system.foreign import Foreign
@@ -32,6 +35,7 @@ from hystfmu.scenario.system.system import System, build
 
 UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two are raised for an unknown encoding
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_SET = "application/x-ssp-parameter-set"
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _Given = tuple[Any, str]  # a value and its unit of measure
 MOST_STEPS = 100_000_000
@@ -40,11 +44,15 @@ TOLERANCE = 1e-9  # allowed difference over the largest value of a signal, becau
 
 @dataclass(frozen=True)
 class Ssp:
-    """The case of an archive, and its reference result (first column `t`, one column for each signal) or None."""
+    """The case of an archive, and its reference result (first column `t`, one column for each signal) or None.
+
+    `open_ends` contains the connections whose units of measure the FMUs state, see `connections`.
+    """
 
     case: Case
     signals: tuple[str, ...]
     reference: Array | None
+    open_ends: Mapping[str, tuple[Measure, Measure]]
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
@@ -61,7 +69,7 @@ def read_ssp(path: str | Path, step: float | None = None, stop: float | None = N
         raise InputError(f"{path}: SystemStructure.ssd: must begin with SystemStructureDescription; got {root.tag}")
     reader = _Reader(Path(path), folder, root)
     case = reader.case(step, stop)
-    return Ssp(case, *_reference(folder / REFERENCE))
+    return Ssp(case, *_reference(folder / REFERENCE), reader.open_ends)
 
 
 class _Reader:
@@ -77,9 +85,9 @@ class _Reader:
 
     def case(self, step: float | None, stop: float | None) -> Case:
         units = self._units()
-        wired = connections(self._root, self._system, set(units), self._wrong)
+        wired, self.open_ends = connections(self._root, self._system, set(units), self._wrong)
         for end in wired:  # the start value of a connected input has no effect
-            unit, name = end.split(".")
+            unit, _, name = end.partition(".")  # the name of a connector may contain dots
             units[unit].inputs.pop(name, None)
         experiment = self._root.find(f"{{{SSD}}}DefaultExperiment")
         facts = dict(experiment.attrib) if experiment is not None else {}
@@ -139,6 +147,9 @@ class _Reader:
         units = {}
         elements = self._system.find(f"{{{SSD}}}Elements")
         shared = self._parameters(self._system)
+        outside = {c.get("name", "") for c in self._system.iterfind(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")}
+        if told := sorted(outside & shared.keys()):
+            raise self._wrong(f"{told[0]}: a connector of the system cannot have a value: give it to a component")
         for e in elements if elements is not None else ():
             name = e.get("name", "")
             if e.tag != f"{{{SSD}}}Component":
@@ -149,9 +160,11 @@ class _Reader:
                 raise self._wrong(f"{name}: must be an FMU; got the type {e.get('type')!r}")
             if e.get("implementation") == "ScheduledExecution":
                 raise self._wrong(f"{name}: Scheduled Execution is not supported")
-            given = {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
-            given |= self._parameters(e)
+            given = self._parameters(e)  # those of the system replace them (SSP 1.0, schema of ParameterBinding)
+            given |= {k.partition(".")[2]: v for k, v in shared.items() if k.partition(".")[0] == name}
             place = self._place(name, e.get("source", ""))
+            if e.get("implementation") == "ModelExchange" and _simulates(self._folder / place):
+                raise self._wrong(f"{name}: implementation: an FMU with Co-Simulation runs as such; got ModelExchange")
             constants, values = self._divided(name, place, given)
             units[name] = UnitSpec.model_validate({"fmu": place, "inputs": constants, "set": values})
         if not units:
@@ -160,9 +173,10 @@ class _Reader:
 
     def _place(self, name: str, source: str) -> str:
         """Return the path of an FMU in the archive. `source` is a URI, in which %20 may replace a space."""
-        inside = source if (self._folder / source).is_file() else unquote(source)
+        # os.path.isfile is also False for a name that no file can have
+        inside = source if os.path.isfile(self._folder / source) else unquote(source)
         file = self._folder / inside
-        if not (file.is_file() and file.resolve().is_relative_to(self._folder.resolve())):
+        if not (os.path.isfile(file) and file.resolve().is_relative_to(self._folder.resolve())):
             raise self._wrong(f"{name}: source: must be a file of the archive; got {source!r}")
         return inside
 
@@ -171,9 +185,9 @@ class _Reader:
         if not given:
             return {}, {}
         foreign = Foreign.load(self._folder / place)
-        own = {v.name: v.unit for v in foreign.description.modelVariables}
+        own = {v.name: unit_of(v) for v in foreign.description.modelVariables}
         for k, (_, unit) in given.items():
-            if not {unit, own.get(k)} & {"", "1", None} and unit != own[k]:
+            if not {unit, own.get(k, "")} & {"", "1"} and unit != own[k]:
                 raise self._wrong(
                     f"{name}: {k} is given in {unit} and is in {own[k]} in the FMU: units of measure are not converted"
                 )
@@ -190,26 +204,35 @@ class _Reader:
         for b in bindings if bindings is not None else ():
             if b.find(f"{{{SSD}}}ParameterMapping") is not None:
                 raise self._wrong("parameter mappings (SSM) are not supported")
+            if (kind := b.get("type", _SET)) != _SET:
+                raise self._wrong(f"a parameter binding must have the type {_SET}; got {kind!r}")
             prefix, source = b.get("prefix", ""), b.get("source")
-            if source is not None:
-                found |= self._parameter_set(self._read(source), source, prefix)
+            if source:  # inline values may come with an empty one
+                if b.get("sourceBase", "SSD") != "SSD":
+                    raise self._wrong(f"{source}: sourceBase must be SSD; got {b.get('sourceBase')!r}")
+                root = self._read(source)
+                if root.tag != f"{{{SSV}}}ParameterSet":
+                    raise self._wrong(f"{source}: must begin with ParameterSet; got {root.tag}")
+                found |= self._parameter_set(root, source, prefix)
             for inline in b.iter(f"{{{SSV}}}ParameterSet"):
                 found |= self._parameter_set(inline, "ParameterValues", prefix)
         return found
 
     def _read(self, source: str) -> ET.Element:
-        file = (self._folder / unquote(source)).resolve()
-        if not file.is_relative_to(self._folder.resolve()):
-            raise self._wrong(f"{source!r} lies outside the archive")
         try:
-            return ET.parse(file).getroot()
+            file = (self._folder / unquote(source)).resolve()
+            inside = file.is_relative_to(self._folder.resolve())
+            root = ET.parse(file).getroot() if inside else None
         except UNREADABLE as e:
             raise self._wrong(f"{source}: {e}") from None
+        if root is None:
+            raise self._wrong(f"{source!r} lies outside the archive")
+        return root
 
     def _parameter_set(self, root: ET.Element, source: str, prefix: str) -> dict[str, _Given]:
         found: dict[str, _Given] = {}
         for p in root.iter(f"{{{SSV}}}Parameter"):
-            for kind in p:
+            for kind in (x for x in p if not x.tag.endswith("}Annotations")):
                 word, text = kind.tag.rpartition("}")[2], kind.get("value", "")
                 if word == "String":
                     value: Any = text
@@ -225,6 +248,11 @@ class _Reader:
                     raise self._wrong(f"{source}: {p.get('name')}: a value of type {word} is not read")
                 found[prefix + p.get("name", "")] = value, kind.get("unit", "")
         return found
+
+
+def _simulates(path: Path) -> bool:
+    """Return whether an FMU has Co-Simulation, which then runs, even if it also has Model Exchange."""
+    return Foreign.load(path).description.coSimulation is not None
 
 
 def _reference(file: Path) -> tuple[tuple[str, ...], Array | None]:
@@ -286,7 +314,7 @@ def _prepared(
     return ssp, replace(ssp.case, coupling=scheme, overrides=dict(settings)), None
 
 
-def _built(path: str | Path, case: Case) -> System:
+def _built(path: str | Path, case: Case, open_ends: Mapping[str, tuple[Measure, Measure]]) -> System:
     """Build the case. Error messages contain the paths of files in the archive."""
     try:
         system = build(case)
@@ -295,7 +323,24 @@ def _built(path: str | Path, case: Case) -> System:
     if unknown := next((name for name in case.overrides if name not in system.overridden), None):
         names = sorted(system.parameters)
         raise InputError(f"{path}: --set {unknown}: No component has this parameter.{meant(unknown, names)}")
+    own = _own_measures(system) if open_ends else {}
+    for to, (one, other) in open_ends.items():
+        of = case.connections[to]
+        one, other = one or own[of], other or own[to]
+        if one is not None and other is not None and converts(one, other):
+            raise InputError(f"{path}: SystemStructure.ssd: {not_converted(of, one, to, other)}")
     return system
+
+
+def _own_measures(system: System) -> dict[str, Measure]:
+    """Return the unit of measure of each input and output `component.variable`, as its FMU states it."""
+    found: dict[str, Measure] = {}
+    for part in system.foreign:
+        assert isinstance(part.graph, Foreign)
+        for p in part.graph.ports:
+            measure = declared(part.graph.description, p.variable)
+            found |= {f"{part.name}.{name}": measure for name in p.scalar_names}
+    return found
 
 
 def _held_against(
@@ -343,7 +388,7 @@ def run_ssp(
     is called with the completed fraction. `settings` override parameters, ``{"component.parameter": value}``.
     """
     ssp, case, reference = _prepared(path, coupling, step, stop, settings or {})
-    system, run = _built(path, case), Run(engine, coupling, seconds, confined=confined)
+    system, run = _built(path, case, ssp.open_ends), Run(engine, coupling, seconds, confined=confined)
     begin = Excerpt(system.columns, np.arange(len(reference) if reference is not None else 1))
     try:
         with ExitStack() as stack:

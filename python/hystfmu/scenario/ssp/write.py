@@ -28,12 +28,12 @@ from hystfmu.graph import Graph
 from hystfmu.scenario.engine.simulation import simulate
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.ssp.container import as_readers_run, container_fmu, differences, joined, run_as_readers
+from hystfmu.scenario.ssp.measures import SSC, Measure, not_converted, same, stated
 from hystfmu.scenario.system.case import Case
 from hystfmu.scenario.system.foreign import Foreign
 from hystfmu.scenario.system.system import Part, System, build, to_graph
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SetValue = float | int | bool | str
 _WORDS = {float: "Real", int: "Integer", bool: "Boolean", str: "String"}
@@ -88,19 +88,25 @@ def parameter_set(name: str, values: Mapping[str, SetValue], version: str) -> by
     return xml_file(root)
 
 
-_EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_WITHOUT_EFFECT = ("ConnectionGeometry", "Annotations")
 _Wrong = Callable[[str], InputError]
 _End = tuple[str | None, str | None]
 
 
-def connections(root: ET.Element, system: ET.Element, units: Container[str | None], wrong: _Wrong) -> dict[str, str]:
+def connections(
+    root: ET.Element, system: ET.Element, units: Container[str | None], wrong: _Wrong
+) -> tuple[dict[str, str], dict[str, tuple[Measure, Measure]]]:
     """Return the output that drives each connected input, as `unit.connector`.
 
     `units` contains the names of the components. `wrong` converts an error text to an error. An error is raised for a
     connection that has no connector, a transformation or a unit conversion, and for a second connection to the same
     input.
+
+    Also return the units of measure of output and input for each connected input whose connection may convert them,
+    because a connector states none. Then it has the unit of its variable in the FMU.
     """
     found: dict[str, str] = {}
+    open_ends: dict[str, tuple[Measure, Measure]] = {}
     kinds: dict[_End, str | None] = {}
     measures: dict[_End, str | None] = {}
     for e in system.iter(f"{{{SSD}}}Component"):
@@ -110,9 +116,11 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
     wires = system.find(f"{{{SSD}}}Connections")
     for c in wires if wires is not None else ():
         a, b = ((c.get(f"{side}Element"), c.get(f"{side}Connector")) for side in ("start", "end"))
+        if a[0] is None and b[0] is None:
+            raise wrong(f"connection of {a[1]} with {b[1]}: two connectors of the system must not be connected")
         if a[0] is None or b[0] is None:
             continue  # a connector of the system is not connected, because nothing is outside of the system
-        if len(c):
+        if any(x.tag.rpartition("}")[2] not in _WITHOUT_EFFECT for x in c):
             raise wrong(f"connection of {a[0]}.{a[1]}: transformations are not supported")
         for end in (a, b):
             if end[0] not in units or end not in kinds:
@@ -122,34 +130,14 @@ def connections(root: ET.Element, system: ET.Element, units: Container[str | Non
         to, of = f"{b[0]}.{b[1]}", f"{a[0]}.{a[1]}"
         if found.get(to, of) != of:
             raise wrong(f"{to} is connected twice, with {found[to]} and with {of}")
-        one, other = measures[a], measures[b]
-        if one != other and c.get("suppressUnitConversion") not in ("true", "1") and not _same(root, one, other):
-            raise wrong(
-                f"connection of {of} ({one}) with {to} ({other}): units of measure are not converted. Give both ends "
-                'one unit, or suppressUnitConversion="true".'
-            )
+        one, other = (stated(root, measures[end]) for end in (a, b))
+        if c.get("suppressUnitConversion") not in ("true", "1"):
+            if one is None or other is None:
+                open_ends[to] = one, other
+            elif one.name != other.name and not same(one, other):
+                raise wrong(not_converted(of, one, to, other))
         found[to] = of
-    return found
-
-
-def _same(root: ET.Element, one: str | None, other: str | None) -> bool:
-    """Return whether two units of measure are equal. A missing unit of measure equals any other."""
-    meanings = [_meaning(root, unit) for unit in (one, other)]
-    plain = ((0,) * len(_EXPONENTS), 1.0, 0.0)
-    return None in (one, other) or plain in meanings or (meanings[0] is not None and meanings[0] == meanings[1])
-
-
-def _meaning(root: ET.Element, unit: str | None) -> tuple[tuple[int, ...], float, float] | None:
-    """Return the exponents of the base units, factor and offset of a unit of measure, or None if undefined."""
-    for u in root.iter(f"{{{SSC}}}Unit"):
-        base = u.find(f"{{{SSC}}}BaseUnit")
-        if u.get("name") == unit and base is not None:
-            try:
-                powers = tuple(int(base.get(n, "0")) for n in _EXPONENTS)
-                return powers, float(base.get("factor", "1")), float(base.get("offset", "0"))
-            except ValueError:
-                return None
-    return None
+    return found, open_ends
 
 
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
@@ -367,7 +355,7 @@ def _units_of_measure(root: ET.Element, names: set[str]) -> None:
 
 
 def _connect(wires: ET.Element, start: str, to: dict[str, str]) -> None:
-    unit, name = start.split(".")
+    unit, _, name = start.partition(".")  # the name of a variable of a foreign FMU may contain dots
     ET.SubElement(wires, _tag(SSD, "Connection"), {"startElement": unit, "startConnector": name} | to)
 
 

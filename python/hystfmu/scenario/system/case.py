@@ -41,7 +41,7 @@ from hystfmu.scenario.system.spec import (
 _SAME = ("step", "ripple", "delay", "tolerance", "guard", "tube", "final_states")  # keys that no case overrides
 MOST_STEPS = 20_000_000  # largest number of fine steps in one case
 NAME = r"[A-Za-z][A-Za-z0-9_]*"
-_END = re.compile(rf"({NAME})\.({NAME})\Z")
+_END = re.compile(rf"({NAME})\.(\S(?:.*\S)?)\Z")  # a foreign FMU may have structured names, such as arm.q[2]
 
 
 @dataclass(frozen=True)

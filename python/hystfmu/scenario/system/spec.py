@@ -117,22 +117,26 @@ class UnitSpec(pydantic.BaseModel):
 
     model_config = STRICT
     model: str | None = Field(None, description="path of a *.model.toml, relative to the scenario's folder")
-    block: str | None = Field(None, description="key of a block; its sizes and values follow in `dims` and `values`")
+    block: str | None = Field(None, description="name of a block; `dims` and `values` state its sizes and values")
     dims: dict[str, int] = Field({}, description="sizes of `block`")
     values: dict[str, Value] = Field({}, description="parameter values of `block`")
     fmu: str | None = Field(None, description="path of a foreign FMU, relative to the scenario's folder")
     graph: GraphTable | None = Field(None, description="blocks, wires, inputs, outputs, as in a model file")
-    inverse_of: str | None = Field(None, description="path of a *.model.toml whose exact inverse runs")
+    inverse_of: str | None = Field(
+        None, description="path of a *.model.toml; the unit is the exact inverse of this model"
+    )
     runs_as: Literal["fmu2", "fmu3"] = Field("fmu2", alias="as", description="version of FMI, for the engine fmpy")
     every: int = Field(1, ge=1, le=1_000_000, description="number of steps in a period of the unit")
-    fine: bool = Field(False, description="runs `ripple` times per step: plants and what is measured between samples")
+    fine: bool = Field(
+        False, description="the unit makes `ripple` steps in each step: for plants and for signals between samples"
+    )
     substeps: int = Field(1, ge=1, le=10_000, description="steps of the unit in each of its periods")
     hold: Literal["zero", "first"] = Field(
-        "zero", description="connected inputs during a period: held, or on the line through the last two values"
+        "zero", description="connected inputs during a period: constant, or linear through the last two values"
     )
-    inputs: dict[str, Number] = Field({}, description="constant values of inputs that nothing is connected to")
-    set: dict[str, Value] = Field({}, description="parameter overrides; a string '*1.2' scales the value")
-    text: str = Field("", description="one line for a reader")
+    inputs: dict[str, Number] = Field({}, description="constant values of inputs without a connection")
+    set: dict[str, Value] = Field({}, description="new parameter values; the string '*1.2' multiplies the old value")
+    text: str = Field("", description="description in one line")
 
     @pydantic.model_validator(mode="after")
     def _one_source(self) -> UnitSpec:
@@ -162,14 +166,18 @@ class MetricSpec(pydantic.BaseModel):
     """A metric: a number computed from signals, and the limit that it must not exceed."""
 
     model_config = STRICT
-    kind: MetricKind = Field(description="what is computed: see hystfmu.scenario.outcome.metrics")
+    kind: MetricKind = Field(description="kind of metric, see hystfmu.Scenario.metric")
     signal: str = Field(description="unit.output")
-    against: str | None = Field(None, description="unit.output that the signal is compared with")
-    stroke: Positive | None = Field(None, description="what 100 percent is; default: span of `against` in the window")
-    after: NotNegative = Field(0.0, description="rows at or after this time (s)")
-    lines: bool = Field(False, description="rms_percent, rms and max_percent: scan lines only, without turn-arounds")
-    limit: NotNegative | None = Field(None, description="largest value that is good; may be set per case")
-    text: str = Field("", description="one line for a reader")
+    against: str | None = Field(None, description="unit.output with which the signal is compared")
+    stroke: Positive | None = Field(
+        None, description="value that corresponds to 100 percent; default: span of `against` in the window"
+    )
+    after: NotNegative = Field(0.0, description="only rows at or after this time (s) are used")
+    lines: bool = Field(
+        False, description="rms_percent, rms and max_percent: only rows where `against` has constant speed"
+    )
+    limit: NotNegative | None = Field(None, description="largest allowed value; a case may state another one")
+    text: str = Field("", description="description in one line")
 
     @pydantic.model_validator(mode="after")
     def _partner(self) -> MetricSpec:
@@ -189,18 +197,20 @@ class CouplingSpec(pydantic.BaseModel):
     model_config = STRICT
     scheme: Scheme = Field(
         "gauss_seidel",
-        description="gauss_seidel: in the stated order, with the newest values; jacobi: all with the values of the "
-        "last step; iterative: sweeps from the same saved states until values read early agree with the outputs, "
-        "by Newton's method if all units in loops have tangents",
+        description="gauss_seidel: the units step in the stated order and use the newest values; jacobi: all units use "
+        "the values of the last step; iterative: the step is repeated until the inputs agree with the outputs, by "
+        "Newton's method if all units in loops have tangents",
     )
     events: Literal["located", "grid"] = Field(
         "located",
         description="discontinuities, kinks and reversals of references between two communication points; located: a "
-        "step ends on each, for units that run at the finest rate and have no sampled block; grid: they take effect at "
-        "the next step",
+        "step ends on each event, for units that run at the finest rate and have no sampled block; grid: an event "
+        "takes effect at the next step",
     )
-    tolerance: Positive = Field(1e-12, description="iterative: largest disagreement, relative to 1 + |value|")
-    max_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: sweeps in a step before the run stops")
+    tolerance: Positive = Field(
+        1e-12, description="iterative: largest difference between an input and its source, relative to 1 + |value|"
+    )
+    max_sweeps: int = Field(50, ge=2, le=10_000, description="iterative: largest number of sweeps in a step")
 
 
 class TubeSpec(pydantic.BaseModel):
@@ -216,23 +226,25 @@ class MarginsSpec(pydantic.BaseModel):
 
     model_config = STRICT
     case: Name | None = Field(
-        None, description="case whose sensitivity is limited, for slope 1 of plant over inverse; default: the first"
+        None, description="case whose sensitivity is limited, for an incremental gain of 1; default: the first case"
     )
     Ms_db: Decibels | None = Field(None, description="largest peak of its sensitivity (dB)")
     corners: list[Annotated[str, Field(pattern=r"^[A-Za-z0-9_.\-?*]+$", max_length=64)]] = Field(
-        ["*"], max_length=100, description="cases whose loops must be stable; ? and * stand for any letters"
+        ["*"],
+        max_length=100,
+        description="cases whose loops must be stable; ? stands for one character, * for any number",
     )
     slopes: Bounds | None = Field(
-        None, description="local slopes of plant over inverse in the corners; default: those along their paths"
+        None, description="incremental gains in the corners; default: the incremental gains in the run of each case"
     )
     stable_to_steps: Delay | None = Field(
-        None, description="steps beyond the delay of a corner up to which it must be stable"
+        None, description="additional delay (steps) up to which each corner must be stable"
     )
     expected_unstable: list[Name] = Field(
         [],
         max_length=100,
-        description="cases whose linear loop is unstable for a slope of their path and whose run holds; any other such "
-        "case fails",
+        description="cases whose linear loop is unstable for an incremental gain in their run, although the run meets "
+        "the limits; any other such case fails",
     )
 
 
@@ -240,13 +252,13 @@ class ConditionSpec(pydantic.BaseModel):
     """Keys of a scenario that a case or a condition can override."""
 
     model_config = STRICT
-    text: str = Field("", description="one line for a reader")
+    text: str = Field("", description="description in one line")
     stop: Positive | None = Field(None, description="end of the run (s)")
     after: NotNegative | None = Field(None, description="`after` of all metrics")
-    set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to scale it")
+    set: dict[str, Value] = Field({}, description="'unit.parameter' = value, or '*1.2' to multiply the old value")
     units: dict[Name, UnitSpec] = Field({}, description="units that are added or replaced as a whole")
     order: list[Name] | None = Field(
-        None, description="order of evaluation; default: as in the scenario, then the units that the case adds"
+        None, description="order of the units; default: the order of the scenario, then the units that the case adds"
     )
     connections: dict[str, str] = Field({}, description="connections that are added or replaced")
     limits: dict[Name, NotNegative] = Field({}, description="limits of metrics, by name")
@@ -256,23 +268,28 @@ class CaseSpec(ConditionSpec):
     """A case, which states the differences from the scenario."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=64)]
-    conditions: list[Name] = Field([], description="conditions of the scenario that the case takes; later ones win")
-    coupling: CouplingSpec | None = Field(None, description="coupling, when it differs")
+    conditions: list[Name] = Field([], description="names of conditions; later conditions override earlier ones")
+    coupling: CouplingSpec | None = Field(None, description="coupling of this case, if it differs")
 
 
 class ScenarioSpec(pydantic.BaseModel):
     """Content of a scenario.toml."""
 
     model_config = STRICT
-    format: Literal[1] = Field(FORMAT, description="version of the keys; others are refused")
+    format: Literal[1] = Field(FORMAT, description="version of the file format")
     name: Name
     text: str = ""
-    delay: str = Field("", description="a note on delays in the loop, printed beside the computed delay budget")
+    delay: str = Field("", description="note on delays in the loop; the report shows it beside the computed delays")
     step: Positive = Field(description="step of the units (s)")
     stop: Positive = Field(description="end of the run (s)")
-    ripple: int = Field(1, ge=1, le=1000, description="steps of the fine units per step; the command is held meanwhile")
+    ripple: int = Field(
+        1,
+        ge=1,
+        le=1000,
+        description="number of steps of a fine unit in each step; the command is constant during a step",
+    )
     order: list[Name] = Field(
-        min_length=1, max_length=200, description="Gauss-Seidel order: every unit reads the newest values there are"
+        min_length=1, max_length=200, description="order in which the units step; each unit uses the newest values"
     )
     coupling: CouplingSpec = Field(CouplingSpec.model_validate({}), description="how units exchange values")
     units: dict[Name, UnitSpec] = Field(min_length=1, max_length=200)
@@ -281,16 +298,18 @@ class ScenarioSpec(pydantic.BaseModel):
     loops: list[TwoNames] = Field([], description="pairs of signals (abscissa, ordinate) drawn as loops")
     metrics: dict[Name, MetricSpec] = Field(min_length=1, max_length=100)
     tolerance: Share = Field(
-        1e-6, description="largest change of a metric or a recorded signal against the baseline, relative"
+        1e-6, description="largest permitted relative change of a metric or recorded signal from the baseline"
     )
     guard: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = Field(
         None, description="largest multiple of its recorded value that a metric may reach, beside its limit"
     )
-    tube: TubeSpec | None = Field(None, description="room for recorded signals instead of `tolerance`")
-    final_states: bool = Field(False, description="the final states of all units must have the bits of the baseline")
-    conditions: dict[Name, ConditionSpec] = Field({}, description="stated once, for the cases that name them")
+    tube: TubeSpec | None = Field(None, description="permitted deviations of recorded signals, instead of `tolerance`")
+    final_states: bool = Field(False, description="the final states of all units must be bit-identical to the baseline")
+    conditions: dict[Name, ConditionSpec] = Field({}, description="parts that several cases have in common")
     margins: MarginsSpec | None = Field(None, description="limits of the linearised loop: see hystfmu margins")
-    case: list[CaseSpec] = Field([], max_length=200, description="variants; without any there is one, 'nominal'")
+    case: list[CaseSpec] = Field(
+        [], max_length=200, description="cases; a scenario without cases has the single case 'nominal'"
+    )
 
 
 MOST_BYTES = 2**20  # size limit of each file (bytes)
