@@ -318,8 +318,9 @@ def test_a_connection_that_converts_units_of_measure(
         read(tmp_path, **told)
 
 
+@pytest.mark.parametrize("own", [b'unit="mm"', b'declaredType="L"'])
 @pytest.mark.parametrize(("unit", "good"), [("um", False), ("mm", True), ("1", True), ("", True)])
-def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool) -> None:
+def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool, own: bytes) -> None:
     graph = Graph.single(Node("gain", "scaling", {}, {"gain": 2.0})).with_step(1e-3)
     with (
         zipfile.ZipFile(export_fmu(graph, tmp_path / "a.fmu")) as old,
@@ -328,8 +329,10 @@ def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good
         for name in old.namelist():  # of any origin: the gain is in mm
             content = old.read(name)
             if name == "modelDescription.xml":
-                content = re.sub(rb'(name="gain".*\s*<Real unit=)"1"', rb'\1"mm"', content)
-                assert b'unit="mm"' in content
+                content = re.sub(rb'(name="gain".*\s*<Real )unit="1"', rb"\1" + own, content)
+                assert own in content
+                length = b'<SimpleType name="L"><Real unit="mm"/></SimpleType>'
+                content = content.replace(b"<LogC", b"<TypeDefinitions>" + length + b"</TypeDefinitions><LogC")
             new.writestr(name, content)
     given = value("gain", "3").replace("/></v:P", f' unit="{unit}"/></v:P')
     told = {"elements": component("a", values(given)), "wires": ""}
