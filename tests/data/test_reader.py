@@ -368,6 +368,24 @@ def test_a_named_time_is_no_signal_if_the_rate_is_given(tmp_path):
     assert not read(path, time="stamp", rate=100.0).has_output
 
 
+@pytest.mark.parametrize(
+    "days",
+    [
+        ("8.1.2026 23", "9.1.2026 0"),
+        ("8.1.26 23", "9.1.26 0"),
+        ("31.12.2025 23", "1.1.2026 0"),
+        ("1/8/2026 11", "1/9/2026 12"),
+    ],
+)
+def test_a_date_without_zeros_goes_on_behind_midnight(days, tmp_path):
+    path, half = tmp_path / "a.csv", " PM" * ("/" in days[0])
+    stamps = [f"{days[0]}:59:5{k}{half}" for k in range(5, 10)] + [
+        f"{days[1]}:00:0{k}{half and ' AM'}" for k in range(5)
+    ]
+    path.write_bytes(text(["Zeit;u;y"], [f"{stamp};1;{k}" for k, stamp in enumerate(stamps)]))
+    assert read(path).h == pytest.approx(1.0)
+
+
 def test_a_temperature_is_no_time(tmp_path):
     path = tmp_path / "a.csv"
     path.write_bytes(text(["t [s],u,y,T [degC]"], [f"{k},1,{k},20" for k in range(9)]))
