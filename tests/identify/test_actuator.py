@@ -84,6 +84,14 @@ def test_parts_can_be_asked_for():
     assert fit(measured(play_sum, cycles=20), "actuator", N=10, operator="plays", **STATIC).fit["parts"] == "plays"
 
 
+@pytest.mark.parametrize("plant", [bent, stops, butterfly, lambda u: crept(u, 1e-3)])
+def test_a_fit_with_the_structure_of_another_has_its_components(plant):
+    first = fit(measured(plant, cycles=20), "actuator", dynamics="no")
+    again = fit(measured(plant, cycles=20, noise=2e-3), "actuator", **first.fit["structure"])
+    assert again.fit["parts"] == first.fit["parts"]
+    assert again.fit["rms_percent"] <= 0.25
+
+
 @pytest.mark.stress
 def test_s14_the_whole_actuator_from_one_record():
     """Plays, bend, creep of four decades and G0 at 500 Hz from 3 s of a multisine: 0.1 %FS on five other signals."""

@@ -49,12 +49,12 @@ def repetitive(
 
     SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The repetitive control adds a correction
     to the command of the existing controllers. In every case with a periodic reference, the error decreases from period
-    to period. The same is guaranteed in all corners, that is, for the incremental gains and delays in the table
-    [margins] of the scenario and for shifted natural frequencies. If --cutoff or --gain is too large for this
-    guarantee, the command ends with an error that states the largest possible value.
+    to period. This also holds in all corners, that is, for the incremental gains and delays in the table [margins] of
+    the scenario and for shifted natural frequencies. If --cutoff or --gain is too large, an error message states a
+    possible value.
 
     The new scenario contains the filter coefficients. It contains only those cases of SCENARIO whose reference has the
-    period that the repetitive control learns. The command simulates each of these cases with and without the
+    period that the repetitive control learns. Each of these cases is simulated with and without the
     correction. The exit status is 1 if a case or the loop violates a limit.
 
     \b
@@ -116,13 +116,13 @@ def _structure(name: str, text: str) -> None:
 
         SCENARIO is a folder with a closed loop. One new unit replaces all units between the measured output and the
         command. The new unit has the same inputs as the replaced units: reference, measurement and feed-forward. The
-        new scenario.toml states the gains of the controller. The command finds the largest gain for which the peak of
+        new scenario.toml states the gains of the controller. The design uses the largest gain for which the peak of
         the sensitivity is below the limit of --ms. In addition, the peak must be below 12 dB in the loops of all cases,
         for the incremental gains and delays in the table [margins] of the scenario and for shifted natural frequencies.
 
-        The command simulates each case with the old and with the new controllers. Cases that change parameters or
-        connections of the old controllers are left out of the new scenario. The exit status is 1 if a case or the loop
-        violates a limit.
+        Each case is simulated with the old and with the new controllers. The new scenario does not contain cases that
+        change parameters or connections of the old controllers. The exit status is 1 if a case or the loop violates a
+        limit.
 
         \b
         Example: hystfmu design {name} mine/loop -o mine/{name}

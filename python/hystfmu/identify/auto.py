@@ -146,7 +146,10 @@ def choose(
         best = _preferred(race, rate == "seen", inverses, only_invertible, faults)
         if isinstance(best, dict):
             raise refusal(where, only_invertible, race, seen, best)
-        model = fit_one(data, best.key, seed, silent, {**remembered(best.key, u0, data), **best.candidate.options})
+        if raced is data and best.complete is not None:
+            model = best.complete
+        else:
+            model = fit_one(data, best.key, seed, silent, {**remembered(best.key, u0, data), **best.candidate.options})
         fault = inverses.fault(model) if only_invertible and inverses is not None else ""
         if not fault:
             break

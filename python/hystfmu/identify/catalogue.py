@@ -35,6 +35,7 @@ SHARE = 0.5  # share of the memory that a fit may use; the system and other prog
 LEAST = 400.0  # minimum memory of any fit (bytes per row)
 EXPENSIVE = 3.0  # cost (s) above which a kind without quick options is first fitted to a part of the rows
 AUTO = "auto"
+STRUCTURE = "structure"  # entry of the results of a fit that chooses its components, see `Candidate`
 AUTO_TEXT = "selection by minor loops, rate dependence and validation blocks between reversals of the training rows"
 METHODS: tuple[str, ...] = get_args(Kind)
 
@@ -133,6 +134,9 @@ class Candidate:
         Whether each parameter affects only some states of the memory. The data then cannot determine the parameters for
         states that do not occur in the record. For a network this is False, because its coverage is computed
         separately.
+    structured : bool
+        Whether the fit chooses its components on validation blocks. Its results then contain the dict `STRUCTURE`: the
+        options of the kind with which a fit to other rows has the same components.
     """
 
     memory: str
@@ -141,6 +145,7 @@ class Candidate:
     options: Mapping[str, Any] = field(default_factory=dict)
     quick: Mapping[str, Any] = field(default_factory=dict)
     local: bool = False
+    structured: bool = False
 
     def cost(self, rows: int) -> float:
         """Return the estimated duration (s) of a fit to data with this number of rows up to the last training row."""

@@ -13,6 +13,11 @@ inputs. Differences between candidates show this. The outputs of the candidates 
 combined, row by row, to a median with weights inverse to their errors. The median is a better forecast than most of the
 combined ones, and single wrong ones hardly move it (Stock & Watson, Journal of Forecasting 23 (2004) 405-430).
 Therefore the distance from the median replaces the standard error.
+
+The fits of some kinds choose their components, for example creep, on validation blocks of their own. Without a fold, a
+record with few loops can lead to other components than the whole record, and the errors would then be those of another
+model than the one that is chosen. Therefore such a candidate is first fitted to all rows, and all its other fits have
+the components of this fit.
 """
 
 from __future__ import annotations
@@ -24,7 +29,7 @@ from hystfmu.base.arrays import Array, Progress, silent
 from hystfmu.base.errors import InputError
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
-from hystfmu.identify.catalogue import Candidate, Options
+from hystfmu.identify.catalogue import STRUCTURE, Candidate, Options
 from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
@@ -57,6 +62,7 @@ class Race:
         self.data, self.seed, self.poor = data, seed, poor
         self.trials: dict[str, Trial] = {}
         self.reasons: dict[str, str] = {}
+        self._held: dict[int, tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]] = {}
         self.sigma, self.unseen, self.rest = noise(data.y[data.train]), unseen(data), rest(data)
         u = self.data.longest().u
         self.other: Array = other_memory(u[self.data.longest().train], float(self.data.u[0]))
@@ -71,13 +77,16 @@ class Race:
 
         Rows of the blocks whose input is outside the range of the remaining rows are omitted.
         """
+        if fold in self._held:
+            return self._held[fold]
         data, rows = self.data, self.data.train
         held = np.zeros(len(data.u), dtype=bool)
         held[rows] = without_outermost(data.u[rows], validation_rows(data.u[rows], fold, BLOCKS))
         part = data.with_held(held)
         kept = data.u[part.counted]
         counted = np.flatnonzero(held & (data.u >= kept.min()) & (data.u <= kept.max()))
-        return part, counted, np.cumsum(np.diff(held, prepend=False))[counted]
+        self._held[fold] = part, counted, np.cumsum(np.diff(held, prepend=False))[counted]
+        return self._held[fold]
 
     def fitted(
         self, fold: int, key: str, options: Options, progress: Progress, share: float = 1.0
@@ -199,7 +208,8 @@ class Race:
     def first(self, name: str, key: str, candidate: Candidate, progress: Progress) -> None:
         """Fit a candidate to the rows outside the first fold; add it to the compared or to the excluded candidates.
 
-        An expensive candidate is fitted only if the error of a short trial fit is not too large.
+        An expensive candidate is fitted only if the error of a short trial fit is not too large. A candidate that
+        chooses its components is first fitted to all rows.
         """
         try:
             if candidate.tries(self.data.train.stop) and self.trials:
@@ -210,7 +220,13 @@ class Race:
                 if not short <= HOPE * max(min(map(self.excess, self.trials.values())), EXACT):
                     self.reasons[name] = f"{short:.2g} % of the span after a short trial fit"
                     return
-            trial = self.trial(name, key, candidate, candidate.options, progress)
+            options, complete = dict(candidate.options), None
+            if candidate.structured:
+                given = {**remembered(key, self.rest, self.data), **options}
+                complete = fit_one(self.data, key, self.seed, progress, given)
+                options, progress = options | complete.fit[STRUCTURE], silent
+            trial = self.trial(name, key, candidate, options, progress)
+            trial.complete = complete
         except InputError as e:
             self.reasons[name] = str(e)
             return
@@ -242,7 +258,7 @@ class Race:
         """Fit each candidate of `trials` to the rows outside its next fold, and add the results to it."""
         for t in trials:
             try:
-                model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.candidate.options, silent)
+                model, more, blocks, _ = self.fitted(FOLDS[t.folds], t.key, t.options, silent)
                 t.others.append(self._other(model)[self.inside])
             except InputError:
                 more, blocks = np.full(1, np.inf), []

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hystfmu.base import Array
-from hystfmu.identify.catalogue import Candidate
+from hystfmu.identify.catalogue import STRUCTURE, Candidate, Options
 from hystfmu.model import Model
 from hystfmu.model.accuracy import rms
 
@@ -22,7 +22,7 @@ class Trial:
     `first` is the mean square error on the first fold. `outside` is the share of the states of other signals that have
     no near training row. `whole` is the RMS error of `model` over all training rows. It is used because a large error
     on fitted rows is also an error of the candidate, for example in a sweep at the end of a record, which no block
-    contains.
+    contains. `complete` is the fit to all rows of a candidate that chooses its components, otherwise None.
     """
 
     name: str
@@ -36,10 +36,17 @@ class Trial:
     folds: int = 1
     by_block: list[float] = field(default_factory=list)
     whole: float = 0.0
+    complete: Model | None = None
     first: float = field(init=False)
 
     def __post_init__(self) -> None:
         self.first = self.square
+
+    @property
+    def options(self) -> Options:
+        """Options of the fits to the rows outside a fold; they keep the components of `complete`."""
+        fixed = {} if self.complete is None else self.complete.fit[STRUCTURE]
+        return {**self.candidate.options, **fixed}
 
     @property
     def square(self) -> float:

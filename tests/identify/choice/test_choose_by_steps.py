@@ -1,5 +1,6 @@
 """The choice step by step: who enters in which order, what each costs, when the race ends, what is told of it."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -148,6 +149,18 @@ def test_no_kind_is_left_out_for_its_price(chosen):
     assert choice.provenance["auto_left_out"] == {}
     assert choice.provenance["auto_rows"] == auto.LEAST_ROWS
     assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance
+
+
+def test_the_fit_to_all_rows_that_chose_the_components_is_not_repeated(chosen, monkeypatch):
+    def complete(data, key, seed, progress, options):
+        made = fit_one(data, key, seed, progress, options)
+        return replace(made, fit={"rms": 0.5, "structure": {"bend": 3}})
+
+    monkeypatch.setattr(race, "fit_one", complete)
+    table = {"a": flat(1.0, 1.0, structured=True), "b": flat(1.0, 2.0)}
+    assert chosen(table)[0].fit["rms"] == 0.5
+    table |= {"c": flat(130.0, 3.0)}  # compared on a part of the rows
+    assert chosen(table)[0].fit["rms"] == 1.0
 
 
 @pytest.mark.parametrize(("errors", "refused"), [((5.1,) * 3, True), ((4.9,) * 3, False), ((4.0, 9.0, 9.0), False)])

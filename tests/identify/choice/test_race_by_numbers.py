@@ -374,6 +374,28 @@ def test_who_does_not_enter(race, monkeypatch):
     assert race.reasons["d"] == f"{rows + 1} parameters for {rows} rows"
 
 
+def test_a_candidate_that_chooses_components_keeps_those_of_the_fit_to_all_rows(race, monkeypatch):
+    """Few rows can lead to other components, and their errors are not those of the model that is chosen."""
+    asked, told = entering(race, monkeypatch, [E4]), []
+
+    def fit_one(data, key, seed, progress, given):
+        progress(0.5)
+        assert (data, key, seed, given) == (race.data, "k", 7, {"N": 5})
+        return SimpleNamespace(fit={"structure": {"bend": 3, "creep": "no"}})
+
+    monkeypatch.setattr(module, "fit_one", fit_one)
+    race.first("a", "k", Candidate(ANY, 1.0, 0.1, {"N": 5}, structured=True), told.append)
+    kept = {"N": 5, "bend": 3, "creep": "no"}
+    assert (asked, told) == ([kept], [0.5])
+    t = trial("a", options={"N": 5})
+    assert t.options == {"N": 5}
+    t.complete = race.trials["a"].complete
+    monkeypatch.setattr(race, "fitted", lambda fold, key, options, progress: asked.append(dict(options)) or ([],) * 4)
+    monkeypatch.setattr(race, "_other", lambda model: np.zeros(len(race.other)))
+    race.again([t])
+    assert asked[1:] == [kept]
+
+
 def test_folds_hold_blocks_inside_the_range_of_the_others(race):
     part, rows, block = race.held(1)
     held = np.zeros(400, dtype=bool)

@@ -7,6 +7,7 @@ from foreign.solvers import FINER, bouc_wen, fine
 
 import hystfmu as hy
 from hystfmu.data import signals
+from hystfmu.identify import excitation
 from hystfmu.identify.excitation.rest import remembered, rest
 from papers import drawn_plants
 
@@ -94,6 +95,16 @@ def test_a_device_at_rest_stays_at_rest() -> None:
     data = record(500.0)
     assert rest(data) == data.u[0]
     assert "u0" not in hy.fit(data, "prandtl_ishlinskii").provenance["options"]
+
+
+def test_an_error_that_full_swings_leave_is_not_one_of_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other input is searched: after both ends of the range, plays do not remember row 0."""
+    monkeypatch.setattr(excitation.rest, "minimize_scalar", None)
+    u = np.interp(np.arange(1500), np.arange(16) * 100, np.r_[500.0, 900.0, 100.0, np.tile([700.0, 300.0], 6), 500.0])
+    y = plays(u, 0.0) + 20 * np.random.default_rng(3).standard_normal(1500)
+    assert rest(hy.Dataset.from_signal(u, y, 1e-3)) == 500.0
+    with pytest.raises(TypeError):
+        rest(hy.Dataset.from_signal(u[::-1], y[::-1], 1e-3))
 
 
 def test_an_inverse_has_a_linear_term_also_where_the_device_has_none() -> None:

@@ -27,6 +27,7 @@ EQUALLY = 1.02  # ratio of errors up to which two inputs count as equally good
 LEAST = 0.1  # required reduction of the error (% of the span)
 MOST = 2.0  # error (% of the span) above which plays do not describe the device, so that its memory is not estimated
 BENDS = 2  # number of iterations for the static nonlinearity; with one iteration, one bias in forty is not found
+POWERS = 3  # number of coefficients of the static nonlinearity: offset, square and cube
 STEPS = 16  # number of intervals of the grid over the range of the input
 
 
@@ -49,7 +50,7 @@ def rest(data: Dataset) -> float:
     if len(data.starts) > 1 or data.covariates:
         return first
     least, at_first = LEAST / 100 * data.span, _error(data, first)
-    if at_first <= least:
+    if at_first <= least or at_first <= CLEARLY * _error(data, first, begin=_wiped(data)):
         return first
     u = data.u[data.train]
     grid = np.linspace(float(u.min()), float(u.max()), STEPS + 1)
@@ -109,20 +110,32 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
     return {"start": "low"} if u0 <= u.min() else {"start": "high"} if u0 >= u.max() else {}
 
 
-def _error(data: Dataset, u0: float, bends: int = BENDS) -> float:
+def _wiped(data: Dataset) -> int:
+    """Return the row at which the input has reached both ends of its range, so that no play remembers row 0."""
+    u = data.u[: data.train.stop]
+    return max(int(np.argmax(u)), int(np.argmin(u)))
+
+
+def _error(data: Dataset, u0: float, bends: int = BENDS, begin: int = 0) -> float:
     """Fit plays that were at rest at u0, followed by a cubic nonlinearity; return the RMS error.
 
-    The fit is iterative. The result is the smallest error of `bends` iterations.
+    The fit is iterative. The result is the smallest error of `bends` iterations. With `begin`, only the rows from this
+    row are fitted, and the errors on the rows before it count as 0. If the plays then do not depend on u0, the result
+    is smaller than the error on all rows for any u0.
     """
     rows = np.arange(len(data.u))[data.counted]
     rows = rows[:: max(1, len(rows) // ROWS)]
+    total = len(rows)
+    rows = rows[rows >= begin]
     columns = np.column_stack([data.u, plays(data.u, thresholds(data.u[data.train], PLAYS), u0)])[rows]
+    if len(rows) <= columns.shape[1] + POWERS:
+        return 0.0  # as many coefficients as rows leave no error
     y, one = data.y[rows], np.ones(len(rows))
     w, _ = nonnegative(columns, y, one[:, None])
     found = []
     for _ in range(bends):
         v = (columns @ w) / data.span  # input of the static nonlinearity; each iteration improves it
-        free = np.column_stack([one, v**2, v**3])
+        free = np.column_stack([one, v**2, v**3])  # `POWERS` columns
         w, q = nonnegative(columns, y, free)
         found.append(rms(y - columns @ w - free @ q))
-    return min(found)
+    return min(found) * float(np.sqrt(len(rows) / total))

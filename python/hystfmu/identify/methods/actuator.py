@@ -29,7 +29,7 @@ import numpy as np
 
 from hystfmu.base import Progress, silent
 from hystfmu.data import Dataset
-from hystfmu.identify.catalogue import ANY, Built, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import ANY, STRUCTURE, Built, Candidate, Memory, Option, Options, Row
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told
 from hystfmu.identify.estimate.weighted import uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
@@ -50,7 +50,8 @@ FRESH = 3  # degree of the nonlinearity of a fit with back-relaxation that begin
 CLEAR, ENOUGH, GAINED = 2.0, 5e-4, 0.7
 POOR = 0.05  # error of plays and stops (share of the span) above which relays are tried with each nonlinearity
 
-CANDIDATES = (Candidate(ANY, 0.6, 0.08),)
+YES, NO, BACK = CREEP = ("yes", "no", "back-relaxation")
+CANDIDATES = (Candidate(ANY, 0.6, 0.08, structured=True),)
 OPTIONS = (
     Option("N", 40, 1, 10000, text="number of plays"),
     Option(
@@ -66,7 +67,12 @@ OPTIONS = (
         20,
         text="degree of the static nonlinearity, 1 for none; default: selected on validation blocks",
     ),
-    Option("creep", None, choices=("yes", "no"), text="whether there is creep; default: selected on validation blocks"),
+    Option(
+        "creep",
+        None,
+        choices=CREEP,
+        text="lags with weights >= 0, or of both signs; default: selected on validation blocks",
+    ),
     Option(
         "dynamics", None, choices=("yes", "no"), text="whether there is G0(s); default: selected on validation blocks"
     ),
@@ -85,14 +91,14 @@ OPTIONS = (
 def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Built:
     """Fit the model with the components that the data support; return graph, number of parameters, further results.
 
-    The further results contain the names of the components, f_n (Hz), zeta and the delay (s). They also contain a
-    warning for each of these three values that the data do not determine.
+    The further results contain the names of the components, the options that fix them, f_n (Hz), zeta and the delay
+    (s). They also contain a warning for each of these three values that the data do not determine.
     """
     f = Fitting(data, options)
     best = _following(f, _operated(f, Parts(levels=(options["covariates"] or "gain",) * len(data.covariates.names))))
     progress(0.2)
     best = _exchanged(f, _with_dynamics(f, best, lambda done: progress(0.2 + 0.4 * done)))
-    if options["creep"] != "no":
+    if options["creep"] in (None, BACK):
         best = _relaxing(f, best)
     best = _following(f, _bent(f, best))
     progress(0.8)
@@ -110,6 +116,7 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     if parts.g:
         spread = uncertainty(f.behind(replace(best, fit=fitted), f.all), parts.g, data, options)
         found |= told(parts.g, spread, data, options)
+    found[STRUCTURE] = _structure(parts)
     found["warnings"] = [*warned, *found.get("warnings", ())]
     count = len(fitted.w) + parts.degree + 1 + len(parts.T) + (parts.g.parameters if parts.g else 0)
     count += Following(f.theta, parts.levels).parameters(parts.degree + 1)
@@ -169,7 +176,7 @@ def _with_dynamics(f: Fitting, trial: Trial, progress: Progress) -> Trial:
     if f.options["dynamics"] != "no":
         # creep can be identified only with the nonlinearity, and the nonlinearity only with the dynamics
         best = _bent(f, _moving(f, best, progress))
-    return _creeping(f, best) if f.options["creep"] != "no" else best
+    return _creeping(f, best) if f.options["creep"] in (None, YES) else best
 
 
 def _exchanged(f: Fitting, best: Trial) -> Trial:
@@ -202,10 +209,17 @@ def _with_other_start(f: Fitting, trial: Trial) -> Trial:
 
 
 def _bent(f: Fitting, trial: Trial) -> Trial:
-    """Increase the degree of the nonlinearity while the validation error decreases."""
+    """Increase the degree of the nonlinearity while the validation error decreases, or set the requested degree.
+
+    The weights of a fit with a straight line are a poor start if the output is even in v (butterfly loops). Therefore
+    another fit begins with equal weights.
+    """
     if f.options["bend"] is not None:
-        asked = int(f.options["bend"])
-        return trial if trial.parts.degree == asked else f.tried(replace(trial.parts, degree=asked), trial.fit)
+        parts = replace(trial.parts, degree=int(f.options["bend"]))
+        if trial.parts.degree == parts.degree:
+            return trial
+        found = f.tried(parts, trial.fit)
+        return found.or_better(f.tried(parts, replace(trial.fit, w=np.ones_like(trial.fit.w)), trial.fit.rms))
     best = trial
     for degree in DEGREES[DEGREES.index(trial.parts.degree) + 1 :]:
         if f.settled(best):
@@ -213,7 +227,6 @@ def _bent(f: Fitting, trial: Trial) -> Trial:
         parts = replace(trial.parts, degree=degree)
         best = best.or_better(f.tried(parts, best.fit))
         if best.parts.degree != degree:
-            # weights from a fit with a straight line are a poor start if the output is even in v (butterfly loops)
             best = best.or_better(f.tried(parts, replace(best.fit, w=np.ones_like(best.fit.w)), best.fit.rms))
         if best.parts.degree != degree:
             break
@@ -234,26 +247,28 @@ def _creeping(f: Fitting, trial: Trial) -> Trial:
 
     The time constants are one decade apart, from at least ten samples to a third of the record.
     """
-    if f.settled(trial) and f.options["creep"] != "yes":
+    if f.settled(trial) and f.options["creep"] != YES:
         return trial
     crept = _moved_again(f, f.tried(replace(trial.parts, T=_lags(f, 1)), trial.fit))
-    return crept if f.options["creep"] == "yes" else trial.or_better(crept)
+    return crept if f.options["creep"] == YES else trial.or_better(crept)
 
 
 def _relaxing(f: Fitting, best: Trial) -> Trial:
     """Let the output relax back if a clear error remains and this reduces it.
 
-    The weights of the lags are then free, and their time constants are closer.
+    The weights of the lags are then free, and their time constants are closer. If back-relaxation is requested, it is
+    not compared with the fit without it.
     """
-    if not _clear(f, best):
+    asked = f.options["creep"] == BACK
+    if not _clear(f, best) and not asked:
         return best
     back = _moved_again(f, f.tried(replace(best.parts, T=_lags(f, PER_DECADE), signed=True), best.fit))
-    if _clear(f, back) and (best.parts.g or back.error < GAINED * best.error):
+    if _clear(f, back) and (asked or best.parts.g or back.error < GAINED * best.error):
         # operator and dynamics that were fitted without back-relaxation represent a part of it
         degree, operator = int(f.options["bend"] or FRESH), f.options["operator"] or PLAYS
         fresh = f.tried(replace(back.parts, operator=operator, degree=degree, g=None))
         back = back.or_better(_moving(f, fresh, silent) if f.options["dynamics"] != "no" else fresh)
-    return back if back.error < GAINED * best.error and _relaxes(back) else best
+    return back if asked or (back.error < GAINED * best.error and _relaxes(back)) else best
 
 
 def _relaxes(trial: Trial) -> bool:
@@ -281,6 +296,13 @@ def _moved_again(f: Fitting, crept: Trial) -> Trial:
     if not crept.parts.g:
         return crept
     return f.tried(replace(crept.parts, g=f.dynamics(crept, f.kept[::FIRST], silent)), crept.fit)
+
+
+def _structure(parts: Parts) -> dict[str, Any]:
+    """Return the options of a fit with the same components; covariates are left to its validation blocks."""
+    creep = (BACK if parts.signed else YES) if parts.T else NO
+    dynamics = YES if parts.g else NO
+    return {"operator": parts.operator, "bend": parts.degree, "creep": creep, "dynamics": dynamics}
 
 
 def _named(parts: Parts, data: Dataset) -> str:
