@@ -16,6 +16,8 @@
 
 enum { MADE, INITIALIZING, STEPPING, ENDED, BROKEN }; /* BROKEN: a reset failed, there is no system */
 
+static const double NO_STOP = 1e300;
+
 typedef struct {
   char *name, *location, *text; /* text: the file, which the strings of the system point into */
   fmi2CallbackLogger logger;
@@ -23,6 +25,7 @@ typedef struct {
   system_file system;
   int phase, log;
   double clock; /* of the importer: the present time with the rounding of its additions */
+  double stop;  /* no step ends after it */
 } container;
 
 static fmi2Status refuse(const container *c, const char *format, ...) {
@@ -93,7 +96,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
   (void)visible;
   container *c = calloc(1, sizeof *c);
   if (!c) return NULL;
-  c->name = copied(name), c->location = copied(location), c->log = logging_on;
+  c->name = copied(name), c->location = copied(location), c->log = logging_on, c->stop = NO_STOP;
   if (functions) c->logger = functions->logger, c->environment = functions->componentEnvironment;
   const int good = c->name && c->location && (type == fmi2CoSimulation || (refuse(c, "has no Model Exchange"), 0)) &&
                    !open_system(c, guid);
@@ -117,13 +120,11 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t n
 fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop) {
   ALLOW(SetupExperiment, 1 << MADE)
-  (void)tolerance_defined, (void)tolerance, (void)stop_defined, (void)stop;
-  return start == 0 ? fmi2OK : refuse(c, "starts at t = 0 only");
-}
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
-  ALLOW(EnterInitializationMode, 1 << MADE)
-  c->phase = INITIALIZING;
+  (void)tolerance_defined, (void)tolerance;
+  if (start != 0) return refuse(c, "starts at t = 0 only");
+  if (stop_defined && !(stop >= 0 && stop - stop == 0))
+    return refuse(c, "the stop time must be finite and not before the start time");
+  c->stop = stop_defined ? stop : NO_STOP;
   return fmi2OK;
 }
 
@@ -134,15 +135,22 @@ static fmi2Status failed(const container *c) {
   return refuse(c, "unit '%s' refuses the step from t = %g s%s%s", u->name, m->t, u->said[0] ? ": " : "", u->said);
 }
 
-fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
-  ALLOW(ExitInitializationMode, 1 << INITIALIZING)
+/* without inputs and parameters, the units are initialised at once: outputs are read in Initialization Mode */
+fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
+  ALLOW(EnterInitializationMode, 1 << MADE)
   char why[1024];
   master *m = &c->system.m;
   for (int64_t k = 0; k < m->n_units; k++)
     if (unit_start(c->system.units + k, m->values, why, sizeof why)) return refuse(c, "%s", why);
   if (master_run(m, 1, NULL)) return failed(c); /* row 0 */
-  c->phase = STEPPING;
+  c->phase = INITIALIZING;
   c->clock = 0;
+  return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
+  ALLOW(ExitInitializationMode, 1 << INITIALIZING)
+  c->phase = STEPPING;
   return fmi2OK;
 }
 
@@ -156,6 +164,7 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real t, fmi2Real h, fmi2Boole
   if (!(steps <= 1e9))
     return refuse(c, "the step size must be at most 1e9 steps of %g s. Got %g s instead.", m->base, h);
   if (steps < 1e-6) return fmi2OK; /* rounding of the importer's clock: complete before it begins */
+  if (t + h - c->stop > slack) return refuse(c, "the step ends at t = %g s, after the stop time %g s", t + h, c->stop);
   const int64_t n = (int64_t)(steps + 0.5);
   if (!(steps - (double)n <= 1e-3 && (double)n - steps <= 1e-3) || n < 1)
     return refuse(c, "the step size must be a whole number of %g s. Got %g s instead.", m->base, h);
@@ -179,6 +188,7 @@ fmi2Status fmi2Terminate(fmi2Component component) {
 fmi2Status fmi2Reset(fmi2Component component) {
   ALLOW(Reset, 15 | 1 << BROKEN)
   shut(c);
+  c->stop = NO_STOP;
   c->phase = open_system(c, NULL) ? BROKEN : MADE;
   return c->phase == BROKEN ? fmi2Error : fmi2OK;
 }

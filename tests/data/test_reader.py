@@ -84,6 +84,16 @@ def in_group(file):
     file.create_dataset("run/fs", data=[2000.0])
 
 
+def with_step_of_a_group(file):
+    """No time; a text stands between the channels; the names of the channels are those of their groups."""
+    rig = file.create_group("rig")
+    rig.attrs["sample rate"] = 2000.0
+    for name, column, unit in (("Drive", U, "V"), ("Note", None, ""), ("Travel", Y, "µm")):
+        where = rig.create_group(name)
+        item = where.create_dataset("data", data="warm" if column is None else column)
+        item.attrs["units"] = unit
+
+
 def as_matlab_7_3(file):
     for name, column in (("time_ms", T * 1e3), ("u", U), ("y", Y)):
         file.create_dataset(name, data=column[None])
@@ -164,6 +174,7 @@ VARIANTS = {
     }),
     "MAT, float32": ("a.mat", mat(t=T.astype(np.float32), u_V=U, y_um=Y), {}),
     "HDF5 with units": ("a.h5", lambda: hdf5(in_group), {}),
+    "HDF5 with the rate of a group": ("a.h5", lambda: hdf5(with_step_of_a_group), {}),
     "MAT 7.3": ("a.mat", mat_7_3, {}),
 }  # fmt: skip
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
@@ -200,6 +211,18 @@ def test_units_of_measure_go_on_to_the_ports_of_an_fmu(tmp_path):
     for unit, factor in (("mV", "0.001"), ("pm", "1e-12")):
         assert re.search(rf'<Unit name="{unit}">\s*<BaseUnit [^>]*factor="{factor}"', description)
         assert f'unit="{unit}"' in description
+
+
+def test_the_end_of_summer_time_is_no_step_back(tmp_path):
+    path = tmp_path / "a.csv"
+    hours = ["02:59:58+02:00", "02:59:59+02:00", "02:00:00+01:00", "02:00:01+01:00"]
+    path.write_text("time,u,y\n" + "".join(f"2026-10-25T{h},{k},{k % 3}\n" for k, h in enumerate(hours)))
+    assert read(path).t.tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_each_number_that_is_no_column_is_named(tmp_path):
+    (tmp_path / "a.mat").write_bytes(mat(t=T, u=U, y=Y, gain=3.0, stage=7.0))
+    assert "left out gain, stage" in read(tmp_path / "a.mat").read_as
 
 
 def test_one_line_says_what_was_assumed(tmp_path):
@@ -343,6 +366,33 @@ def test_a_named_time_is_no_signal_if_the_rate_is_given(tmp_path):
     path = tmp_path / "a.csv"
     path.write_bytes(text(["stamp;u"], [f"{k};1" for k in range(9)]))
     assert not read(path, time="stamp", rate=100.0).has_output
+
+
+@pytest.mark.parametrize(
+    "days",
+    [
+        ("8.1.2026 23", "9.1.2026 0"),
+        ("8.1.26 23", "9.1.26 0"),
+        ("31.12.2025 23", "1.1.2026 0"),
+        ("1/8/2026 11", "1/9/2026 12"),
+    ],
+)
+def test_a_date_without_zeros_goes_on_behind_midnight(days, tmp_path):
+    path, half = tmp_path / "a.csv", " PM" * ("/" in days[0])
+    stamps = [f"{days[0]}:59:5{k}{half}" for k in range(5, 10)] + [
+        f"{days[1]}:00:0{k}{half and ' AM'}" for k in range(5)
+    ]
+    path.write_bytes(text(["Zeit;u;y"], [f"{stamp};1;{k}" for k, stamp in enumerate(stamps)]))
+    assert read(path).h == pytest.approx(1.0)
+
+
+def test_zeros_that_a_program_drops_are_digits(tmp_path):
+    path, y = tmp_path / "a.csv", [0.0, 1.5, 0.5, 2.0, 1.0, 3.0, 0.25, 0.125]
+    path.write_bytes(text(["t [s],u,y"], [f"{round(k / 3000, 9)!r},{k},{v}" for k, v in enumerate(y)]))
+    data = read(path)
+    assert "resampled" not in data.read_as
+    np.testing.assert_array_equal(data.y, y)
+    assert data.h == pytest.approx(1 / 3000, rel=1e-6)
 
 
 def test_a_temperature_is_no_time(tmp_path):

@@ -376,7 +376,7 @@ def test_a_loop_that_is_unstable_on_its_own_path_fails(tmp_path: Path) -> None:
     run = margins(loop(GAIN, 0.5, 4000.0), tmp_path / "loop")
     assert run.exit_code == 1
     line = (
-        "creeping: margins.stable_to_steps: must be at least 0 at nominal, slopes 2.00 to 2.00. Got an unstable loop."
+        "creeping: margins.stable_to_steps: must be at least 0 at nominal, sector 2.00 to 2.00. Got an unstable loop."
     )
     assert line in run.output.splitlines()
     assert "ok" not in run.output.split()
@@ -385,7 +385,7 @@ def test_a_loop_that_is_unstable_on_its_own_path_fails(tmp_path: Path) -> None:
     assert named.output.split()[-1] == "expected"
 
 
-@pytest.mark.parametrize(("name", "why"), [("nominal", "is stable, or has none"), ("missing", "does not exist")])
+@pytest.mark.parametrize(("name", "why"), [("nominal", "is stable, or has no loop"), ("missing", "does not exist")])
 def test_a_case_that_is_expected_to_be_unstable_must_be(tmp_path: Path, name: str, why: str) -> None:
     run = margins(loop(GAIN, 0.5, 1.0).margins(expected_unstable=[name]), tmp_path / "loop")
     assert run.exit_code == 2

@@ -154,6 +154,12 @@ def test_files_that_belong_together_are_written_all_or_none(here: Path) -> None:
     assert os.listdir("out") == ["law.c"], "no law.h, no temporary file"
 
 
+def test_an_fmu_that_must_stay_leaves_no_modelica_package(here: Path) -> None:
+    Path("out", "x.fmu").write_text("mine")
+    assert call("export good.model.toml -o out/x.fmu --modelica out").exit_code == 2
+    assert os.listdir("out") == ["x.fmu"]
+
+
 def test_in_python_a_file_is_replaced(here: Path) -> None:
     Path("m.toml").write_text("mine")
     model = hy.Model.load("good.model.toml")

@@ -95,7 +95,9 @@ def test_bad_values_are_refused(dims, values, message):
 @pytest.mark.parametrize("name", ["", "Größe", "a\nb", "x" * 256])
 def test_names_that_a_block_file_cannot_have_are_refused(name):
     ends = [Input(name, ("plays.u",))], [Output("y", "plays.y")]
-    with pytest.raises(InputError, match=r"The name of a block or a port must have 1 to 255 printable ASCII characters"):
+    with pytest.raises(
+        InputError, match=r"The name of a block or a port must have 1 to 255 printable ASCII characters"
+    ):
         Graph([Node("plays", "backlash_sum")], (), *ends)
     Graph([Node("x" * 255, "backlash_sum")], (), [Input("a, b", ("x" * 255 + ".u",))])
 

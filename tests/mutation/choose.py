@@ -23,14 +23,21 @@ TABLES = {
     "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
     "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/test_study_spec.py"),
 }
-COMPILES = {"fmu_build/core/elementary/": ("tests/c/test_elementary.py", "tests/c/test_numerics.py")}
+_CONFINED = tuple(f"tests/base/test_{n}.py" for n in ("child", "confined", "escapes", "kernel_numbers"))
+UNCOUNTED = {
+    "fmu_build/core/elementary/": ("tests/c/test_elementary.py", "tests/c/test_numerics.py"),
+    "python/hystfmu/base/confine.py": _CONFINED,
+    "python/hystfmu/base/supervisor.py": _CONFINED,
+}
 MASTER = [
     *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps")),
     "tests/scenarios/foreign/test_members.py",  # units that are FMUs
 ]
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
     "python": [
-        f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face", "start", "base")
+        *(f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face", "start", "base")),
+        "tests/graph/test_inverse.py",
+        "tests/graph/test_inverse_dynamics.py",
     ],
     "core": [
         *(f"tests/{name}" for name in ("contract", "blocks", "graph")),
@@ -72,7 +79,7 @@ class Tests:
 
         chosen: list[str] = []
         spent = 0.0
-        for t in sorted(self._found(mutant, text) | self._compiling(mutant), key=rank):
+        for t in sorted(self._found(mutant, text) | self._uncounted(mutant), key=rank):
             if spent == 0 or spent + self.seconds[t] <= BUDGET:
                 chosen.append(t)
                 spent += self.seconds[t]
@@ -82,8 +89,8 @@ class Tests:
         """Remember who killed: it comes first for the next mutant of the file."""
         self.kills[mutant.file].update((test, test.partition("::")[0]))
 
-    def _compiling(self, mutant: Mutant) -> set[str]:
-        modules = {module for folder, some in COMPILES.items() if mutant.file.startswith(folder) for module in some}
+    def _uncounted(self, mutant: Mutant) -> set[str]:
+        modules = {module for folder, some in UNCOUNTED.items() if mutant.file.startswith(folder) for module in some}
         return {t for t in self.seconds if t.partition("::")[0] in modules}
 
     def _found(self, mutant: Mutant, text: str) -> set[str]:

@@ -53,6 +53,13 @@ def written(folder: Path, out: Path) -> None:
     assert result.exit_code == 0, result.output
 
 
+def unpacked(folder: Path, tmp_path: Path) -> tuple[Path, Path]:
+    """Write the container of a scenario; return the folder of its files, and the file that describes the system."""
+    written(folder, tmp_path / "box.fmu")
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    return box, box / "resources" / "system.txt"
+
+
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
@@ -150,8 +157,7 @@ def test_a_number_that_does_not_fit_names_its_input(write: Any, tmp_path: Path) 
     data = tomllib.loads((folder / "scenario.toml").read_text())
     data["units"]["reference"]["values"] = reference
     folder = Path(write(data))
-    written(folder, tmp_path / "box.fmu")
-    line = tried(Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box"))), 5)[0]
+    line = tried(unpacked(folder, tmp_path)[0], 5)[0]
     assert re.fullmatch(r"unit 'x' refuses the step from t = 0\.\d+ s: n: -?\S+ does not fit the type Integer", line)
     data["units"]["x"]["inputs"]["on"], data["units"]["x"]["set"]["whole"] = 1.0, 2**31
     result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "other.fmu")])
@@ -214,13 +220,11 @@ def tried(folder: Path, n: int = 1) -> list[str]:
 
 
 def test_errors_name_the_unit(foreign: Any, tmp_path: Path) -> None:
-    written(foreign(), tmp_path / "box.fmu")
-    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    box, system = unpacked(foreign(), tmp_path)
     library = next((box / "resources" / "units" / "plays" / "binaries").rglob("*.so"))
     library.write_bytes(b"no library")
     (line,) = tried(box)
     assert line.startswith("unit 'plays': its library cannot be loaded: ")
-    system = box / "resources" / "system.txt"
     system.write_text(system.read_text().replace("Gauss", "").replace("coupling 0", "coupling 7"))
     (line,) = tried(box)
     assert line.startswith("resources/system.txt is damaged near its byte")
@@ -228,9 +232,7 @@ def test_errors_name_the_unit(foreign: Any, tmp_path: Path) -> None:
 
 def test_a_damaged_system_file_never_crashes(foreign: Any, tmp_path: Path) -> None:
     """Every tenth word cut away, doubled or replaced: a sentence, or a system that is whole."""
-    written(foreign(), tmp_path / "box.fmu")
-    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
-    file = box / "resources" / "system.txt"
+    box, file = unpacked(foreign(), tmp_path)
     words, refused = file.read_text().split(" "), 0
     for k in range(1, len(words), 10):
         for new in ([], ["-1"], ["99999999999"], [words[k], words[k]]):
@@ -291,9 +293,7 @@ LIMITED = [  # line of the system file, place of a number in it, its least and l
 def test_a_number_outside_its_limits_is_damage(
     write: Any, tmp_path: Path, line: str, place: int, least: int, most: int | None
 ) -> None:
-    written(typed(write, 3), tmp_path / "box.fmu")
-    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
-    file = box / "resources" / "system.txt"
+    box, file = unpacked(typed(write, 3), tmp_path)
     lines = file.read_text().split("\n")
     (row,) = (k for k, text in enumerate(lines) if text.startswith(line))
     words = lines[row].split(" ")
@@ -306,9 +306,7 @@ def test_a_number_outside_its_limits_is_damage(
 
 @pytest.mark.parametrize("text", ["%4G", "%G4", "%4", "%00", "%4a"])
 def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: str) -> None:
-    written(typed(write), tmp_path / "box.fmu")
-    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
-    file = box / "resources" / "system.txt"
+    box, file = unpacked(typed(write), tmp_path)
     whole = file.read_text()
     assert whole.count("unit x ") == 1
     file.write_text(whole.replace("unit x ", f"unit {text} "))
@@ -319,9 +317,7 @@ def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: st
 
 
 def test_a_type_of_another_version_is_damage(write: Any, tmp_path: Path) -> None:
-    written(typed(write), tmp_path / "box.fmu")
-    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
-    file = box / "resources" / "system.txt"
+    box, file = unpacked(typed(write), tmp_path)
     whole = file.read_text()
     for letter in "fbBhHIqQe":
         file.write_text(re.sub(r"(connected 1 \d+ )i ", rf"\g<1>{letter} ", whole))
@@ -399,6 +395,38 @@ def test_the_end_reaches_the_units(write: Any, tmp_path: Path, fmi: int) -> None
     slave.fmu.freeInstance()
 
 
+def test_outputs_are_known_in_initialization_mode(write: Any, tmp_path: Path) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
+    reference, found = slave.variables["x_k"].valueReference, []
+    slave.fmu.setupExperiment(startTime=0.0)
+    for call in (slave.fmu.enterInitializationMode, slave.fmu.exitInitializationMode):
+        call()
+        found += slave.fmu.getInteger([reference])
+    assert found[0] == found[1] != 0
+    slave.free()
+
+
+def test_no_step_ends_after_the_stop_time(write: Any, tmp_path: Path) -> None:
+    written(typed(write), tmp_path / "box.fmu")
+    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
+    with pytest.raises(FMICallException):
+        slave.fmu.setupExperiment(startTime=0.0, stopTime=-1.0)
+    slave.fmu.setupExperiment(startTime=0.0, stopTime=2e-3)
+    slave.fmu.enterInitializationMode()
+    slave.fmu.exitInitializationMode()
+    slave.fmu.doStep(0.0, 1e-3)
+    with pytest.raises(FMICallException):
+        slave.fmu.doStep(1e-3, 2e-3)
+    slave.fmu.doStep(1e-3, 1e-3)
+    with pytest.raises(FMICallException):
+        slave.fmu.doStep(2e-3, 1e-3)
+    slave.fmu.reset()
+    slave.start()
+    slave.fmu.doStep(0.0, 3e-3)
+    slave.free()
+
+
 def test_a_clock_that_adds_its_steps_is_followed(write: Any, tmp_path: Path) -> None:
     written(typed(write), tmp_path / "box.fmu")
     slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
@@ -456,8 +484,7 @@ WAY = ["EnterInitializationMode", "ExitInitializationMode", "Terminate"]
 
 
 def test_a_call_outside_its_phase_is_an_error(write: Any, tmp_path: Path) -> None:
-    written(typed(write), tmp_path / "box.fmu")
-    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    box, _ = unpacked(typed(write), tmp_path)
     description = fmpy.read_model_description(str(box))
     identifier = description.coSimulation.modelIdentifier
     made = {"guid": description.guid, "unzipDirectory": str(box), "modelIdentifier": identifier}

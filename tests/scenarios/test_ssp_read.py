@@ -277,6 +277,19 @@ def test_an_interface_that_would_not_run_is_refused(tmp_path: Path) -> None:
         read(tmp_path, elements=elements, files=two(tmp_path))
 
 
+def test_an_fmu_of_one_instance_is_one_component(tmp_path: Path) -> None:
+    files = two(tmp_path)
+    with zipfile.ZipFile(tmp_path / "x.fmu") as old, zipfile.ZipFile(tmp_path / "once.fmu", "w") as new:
+        for name in old.namelist():
+            once = b'<CoSimulation canBeInstantiatedOnlyOncePerProcess="true"'
+            new.writestr(name, old.read(name).replace(b"<CoSimulation", once))
+    files["resources/b.fmu"] = (tmp_path / "once.fmu").read_bytes()
+    build(read(tmp_path, files=files).case)
+    files["resources/a.fmu"] = files["resources/b.fmu"]
+    with pytest.raises(InputError, match=r"units\.b: the FMU can be instantiated only once per process, and a is an"):
+        build(read(tmp_path, files=files).case)
+
+
 def test_entities(tmp_path: Path) -> None:
     path = archive(tmp_path)
     with zipfile.ZipFile(path) as z:
@@ -318,8 +331,9 @@ def test_a_connection_that_converts_units_of_measure(
         read(tmp_path, **told)
 
 
+@pytest.mark.parametrize("own", [b'unit="mm"', b'declaredType="L"'])
 @pytest.mark.parametrize(("unit", "good"), [("um", False), ("mm", True), ("1", True), ("", True)])
-def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool) -> None:
+def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good: bool, own: bytes) -> None:
     graph = Graph.single(Node("gain", "scaling", {}, {"gain": 2.0})).with_step(1e-3)
     with (
         zipfile.ZipFile(export_fmu(graph, tmp_path / "a.fmu")) as old,
@@ -328,8 +342,10 @@ def test_a_value_in_a_unit_of_measure_of_its_own(tmp_path: Path, unit: str, good
         for name in old.namelist():  # of any origin: the gain is in mm
             content = old.read(name)
             if name == "modelDescription.xml":
-                content = re.sub(rb'(name="gain".*\s*<Real unit=)"1"', rb'\1"mm"', content)
-                assert b'unit="mm"' in content
+                content = re.sub(rb'(name="gain".*\s*<Real )unit="1"', rb"\1" + own, content)
+                assert own in content
+                length = b'<SimpleType name="L"><Real unit="mm"/></SimpleType>'
+                content = content.replace(b"<LogC", b"<TypeDefinitions>" + length + b"</TypeDefinitions><LogC")
             new.writestr(name, content)
     given = value("gain", "3").replace("/></v:P", f' unit="{unit}"/></v:P')
     told = {"elements": component("a", values(given)), "wires": ""}

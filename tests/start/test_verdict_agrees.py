@@ -165,8 +165,3 @@ def test_a_study_ends_as_start_did(made: Made, tmp_path: Path) -> None:
 @pytest.mark.parametrize("made", [n for n in RECORDS if n not in STUDIES], indirect=True, scope="module")
 def test_every_study_ends_as_start_did(made: Made, tmp_path: Path) -> None:
     _study(made, tmp_path / "devices")
-
-
-def test_there_are_records_of_many_kinds() -> None:
-    assert len(RECORDS) >= 12
-    assert {"creep_alone", "elastomer", "battery", "falling_plays", "short"} <= set(RECORDS)

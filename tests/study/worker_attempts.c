@@ -55,6 +55,6 @@ static double attempts(void) {
   did += 32 * pipes();
   did += 64 * isatty(0) + 64 * isatty(1);
   did += 128 * (prlimit(MAKER, RLIMIT_NOFILE, 0, &none) == 0);
-  did += 256 * (setpriority(PRIO_PROCESS, MAKER, 1) == 0);
+  did += 256 * (setpriority(PRIO_PROCESS, MAKER, 19) == 0); /* no limit of the user refuses 19 */
   return did;
 }

@@ -101,8 +101,11 @@ def refusal(path: str | Path) -> InputError:
 def together() -> Iterator[None]:
     """Give all files written in this context their final names at the end of the context.
 
-    After an exception, no file is renamed.
+    After an exception, no file is renamed. A context inside another one ends with the outer context.
     """
+    if _WAITING.get() is not None:
+        yield
+        return
     waiting: list[_New] = []
     before = _WAITING.set(waiting)
     try:
@@ -131,13 +134,13 @@ def place(file: Path, target: Path, shown: str | Path, apart: re.Pattern[bytes] 
         The target has other content, and the command may not replace the target.
     """
     new, waiting = _New(file, target, str(shown), apart), _WAITING.get()
-    if waiting is not None:
+    if not _is_wanted(new):
+        file.unlink()
+    elif waiting is not None:
         waiting.append(new)
-    elif _is_wanted(new):
+    else:
         os.replace(file, target)
         own(target)
-    else:
-        file.unlink()
 
 
 def _is_wanted(new: _New) -> bool:
@@ -393,7 +396,7 @@ def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Calla
             rule = text if " Got " in text else f"{text}. Got {repr(error['input'])[:80]} instead."
         parts.append(f"{'.'.join(map(str, loc)) or 'file'}: {rule}")
     more = len(errors) - _MOST_FAULTS
-    return " ".join([*parts, *([f"{more} further keys are wrong."] if more > 0 else [])])
+    return " ".join([*parts, *([f"Further wrong keys: {more}."] if more > 0 else [])])
 
 
 def write_toml(

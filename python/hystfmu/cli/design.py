@@ -49,12 +49,12 @@ def repetitive(
 
     SCENARIO is a folder with a stable loop, for example from 'hystfmu start'. The repetitive control adds a correction
     to the command of the existing controllers. In every case with a periodic reference, the error decreases from period
-    to period. The same is guaranteed in all corners, that is, for the incremental gains and delays in the table
-    [margins] of the scenario and for shifted natural frequencies. If --cutoff or --gain is too large for this
-    guarantee, the command ends with an error that states the largest possible value.
+    to period. This also holds in all corners, that is, for the incremental gains and delays in the table [margins] of
+    the scenario and for shifted natural frequencies. If --cutoff or --gain is too large, an error message states a
+    possible value.
 
     The new scenario contains the filter coefficients. It contains only those cases of SCENARIO whose reference has the
-    period that the repetitive control learns. The command simulates each of these cases with and without the
+    period that the repetitive control learns. Each of these cases is simulated with and without the
     correction. The exit status is 1 if a case or the loop violates a limit.
 
     \b
@@ -98,9 +98,10 @@ def repetitive(
     }
     lines = [
         f"period: {made.steps} steps, {made.period:.6g} s, {1 / made.period:.6g} Hz",
-        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz, for modes up to "
-        f"{100 * made.off:g} % off",
-        f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
+        f"each period corrects {made.gain:g} of the error up to {made.cutoff:.4g} Hz, also for modes shifted by "
+        f"{100 * made.off:g} %",
+        f"slowest corner {made.worst[0]}: each period multiplies errors up to {made.cutoff / 2:.4g} Hz by "
+        f"{made.worst[1]:.3g}",
     ]
     _tell(made, lines, facts, into)
 
@@ -116,13 +117,13 @@ def _structure(name: str, text: str) -> None:
 
         SCENARIO is a folder with a closed loop. One new unit replaces all units between the measured output and the
         command. The new unit has the same inputs as the replaced units: reference, measurement and feed-forward. The
-        new scenario.toml states the gains of the controller. The command finds the largest gain for which the peak of
+        new scenario.toml states the gains of the controller. The design uses the largest gain for which the peak of
         the sensitivity is below the limit of --ms. In addition, the peak must be below 12 dB in the loops of all cases,
         for the incremental gains and delays in the table [margins] of the scenario and for shifted natural frequencies.
 
-        The command simulates each case with the old and with the new controllers. Cases that change parameters or
-        connections of the old controllers are left out of the new scenario. The exit status is 1 if a case or the loop
-        violates a limit.
+        Each case is simulated with the old and with the new controllers. The new scenario does not contain cases that
+        change parameters or connections of the old controllers. The exit status is 1 if a case or the loop violates a
+        limit.
 
         \b
         Example: hystfmu design {name} mine/loop -o mine/{name}
@@ -162,7 +163,7 @@ def _structure(name: str, text: str) -> None:
         }
         lines = [
             f"{text}: {', '.join(f'{k} = {v:g}' for k, v in made.gains.items())}",
-            f"Ms {made.tuned.ms_db:.3g} dB; of {made.loops} loops at most {made.tuned.set_ms_db:.3g} dB, at "
+            f"Ms {made.tuned.ms_db:.3g} dB; largest Ms of {made.loops} loops {made.tuned.set_ms_db:.3g} dB, at "
             f"{made.tuned.worst}",
             str(made.margins),
         ]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from hystfmu.base import InputError
+from hystfmu.base import InputError, together
 from hystfmu.cli.options import Command, json_option
 from hystfmu.cli.scenarios import RUN, found
 from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, WrittenFile, WrittenFolder, of
@@ -128,28 +128,41 @@ def export(
     if in_range:
         loaded = loaded.with_in_range()
     own = Path(model).name.removesuffix(".toml").removesuffix(".model") if Path(model).suffix else None
-    if folder is not None:
-        from hystfmu.modelica.actuator import actuator_told
-        from hystfmu.modelica.classes import shipped_library
-        from hystfmu.modelica.package import package_name
-        from hystfmu.modelica.realisation import left_out
+    with together():
+        made = None if how["path"] is None else loaded.export(**how | {"name": how["name"] or own})
+        written = None if folder is None else _package(loaded, folder, model, how["name"], sheet)
+    if written is not None:
+        _told(loaded, written, sheet)
+    if made is not None:
+        _wrote(made, how)
 
-        file = Path(model).name
-        package, data = how["name"] or package_name(own or file), sheet or None
-        try:
-            written = loaded.export_modelica(Path(folder) / package, file, data)
-        except InputError as e:
-            raise InputError(f"{model}: {e}") from None
-        say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
-        for kind, why in left_out(loaded.graph).items():
-            say(f"no realisation {kind}: {why}")
-        if (written / "Actuator.mo").is_file():
-            say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
-        for line in actuator_told(loaded, data):
-            say(line)
-        say(f"the package needs the library HystFMU in {shipped_library()}")
-    if how["path"] is not None:
-        _wrote(loaded.export(**how | {"name": how["name"] or own}), how)
+
+def _package(loaded: hy.Model, folder: str, model: str, name: str | None, sheet: dict[str, Any]) -> Path:
+    """Write a model as a Modelica package, and return the folder of the package."""
+    from hystfmu.modelica.package import package_name
+
+    file = Path(model).name
+    package = name or package_name(file.removesuffix(".toml").removesuffix(".model"))
+    try:
+        return loaded.export_modelica(Path(folder) / package, file, sheet or None)
+    except InputError as e:
+        raise InputError(f"{model}: {e}") from None
+
+
+def _told(loaded: hy.Model, written: Path, sheet: dict[str, Any]) -> None:
+    """Print what a Modelica package contains."""
+    from hystfmu.modelica.actuator import actuator_told
+    from hystfmu.modelica.classes import shipped_library
+    from hystfmu.modelica.realisation import left_out
+
+    say(f"wrote {written}: Modelica package {written.name}, block {written.name}.Model")
+    for kind, why in left_out(loaded.graph).items():
+        say(f"no realisation {kind}: {why}")
+    if (written / "Actuator.mo").is_file():
+        say(f"actuator {written.name}.Actuator between pins and flanges, example {written.name}.ActuatorExample")
+    for line in actuator_told(loaded, sheet or None):
+        say(line)
+    say(f"the package needs the library HystFMU in {shipped_library()}")
 
 
 def _stepped(model: hy.Model, step: float) -> hy.Model:
@@ -177,12 +190,16 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
     if how["path"] is None and target is None:
         raise InputError("export --controller needs -o X.fmu, --c DIR, or both")
     chosen = Cases(found([scenario])[0]).named(case)
+    with together():
+        if target is not None:
+            files, made = write_target(chosen, target, how["name"])
+        if how["path"] is not None:
+            made = controller(chosen)
+            path = export_fmu(made.model, **how)
     if target is not None:
-        files, made = write_target(chosen, target, how["name"])
         say(f"wrote {' and '.join(map(str, files))}: C99, {files[0].stem}_start and {files[0].stem}_step")
     if how["path"] is not None:
-        made = controller(chosen)
-        _wrote(export_fmu(made.model, **how), how)
+        _wrote(path, how)
     say(f"included units: {', '.join(made.units)}; omitted units: {', '.join(made.left_out)}")
     ports = [p for p in made.model.graph.ports if p.kind in ("input", "output")]
     rows = [[p.name, p.kind, "" if p.unit == "1" else p.unit, p.text] for p in ports]

@@ -72,10 +72,11 @@ def fit(
     Returns
     -------
     Model
-        `fit` of the model contains errors, number of parameters and warnings. If rows follow the training rows, `fit`
-        also contains the errors on these rows. ``fit["evidence"]`` contains the evidence of linear dynamics in the
-        record (`hystfmu.identify.evidence`). After the fit of a graph, ``fit["free"]`` contains each free parameter
-        with its standard error.
+        `fit` of the model contains the errors on the training rows (``rms_percent`` and ``max_percent``, in %FS), the
+        number of ``parameters`` and ``warnings``. If rows follow the training rows, ``held_out_rms_percent`` and
+        ``held_out_max_percent`` are the errors on these rows. ``fit["evidence"]`` contains the evidence of linear
+        dynamics in the record (`hystfmu.identify.evidence`). After the fit of a graph, ``fit["free"]`` contains each
+        free parameter with its standard error.
 
     Raises
     ------

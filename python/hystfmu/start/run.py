@@ -46,7 +46,7 @@ def write_study(path: Path, loop: ClosedLoop, scenario: str, name: str) -> bool:
     case = loop.promises[0].name
     content = {
         "name": f"{name}_devices",
-        "text": "What share of the devices stays bounded if gain, dynamics and loop width are drawn around the model?",
+        "text": "share of bounded loops on devices with random gain, dynamics and loop width around those of the model",
         "scenario": scenario,
         "cases": [case],
         "method": "random",

@@ -99,6 +99,14 @@ def test_export_refuses_versions_and_places(tmp_path: Path) -> None:
         export_fmu(single("sum"), tmp_path / "file" / "x.fmu")
 
 
+@pytest.mark.parametrize("stop", [0.0, -1.0, float("inf"), float("nan")])
+def test_export_refuses_an_experiment_without_end(tmp_path: Path, stop: float) -> None:
+    with pytest.raises(
+        InputError, match=r"The stop time of the default experiment must be a float in \(0, inf\)\. Got"
+    ):
+        export_fmu(single("sum"), tmp_path / "x.fmu", stop=stop)
+
+
 # ---- description ----------------------------------------------------------------------------------------------------
 
 

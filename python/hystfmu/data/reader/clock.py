@@ -76,7 +76,7 @@ def _days(dates: Sequence[str], american: bool, place: Callable[[int], str]) -> 
     if len(parts) < len(different):
         k = next(k for k, d in enumerate(dates) if not d)
         raise InputError(f"{place(k)}: The time must have a date, as the other rows. Got none.")
-    iso = all(len(d.partition(d[4])[0]) == 4 for d in parts)
+    iso = all(d[:4].isdigit() for d in parts)
     german = all("." in d for d in parts) or any(p[0] > 12 for p in parts.values())
     american |= any(p[1] > 12 for p in parts.values())
     if not iso and german == american:

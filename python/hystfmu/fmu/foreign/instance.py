@@ -48,6 +48,11 @@ def count(v: Any) -> int:
     return math.prod(v.shape) if v.shape else 1
 
 
+def unit_of(v: Any) -> str:
+    """Return the unit of measure of a variable, which its declared type may state; "" if there is none."""
+    return v.unit or getattr(v.declaredType, "unit", None) or ""
+
+
 def _module(fmi: int) -> Any:
     return importlib.import_module(f"fmpy.fmi{fmi}")
 

@@ -1,6 +1,7 @@
 """Export of an FMU with a prebuilt binary, without a compiler. Equal models give bit-identical FMUs."""
 
 import functools
+import math
 import re
 from pathlib import Path
 from typing import Literal
@@ -81,8 +82,8 @@ def export_fmu(
     Raises
     ------
     InputError
-        The version or the name is invalid, FMI defines no folder for this platform, binaries of all platforms are
-        requested but not installed, or the file cannot be written.
+        The version, the name or the stop time is invalid, FMI defines no folder for this platform, binaries of all
+        platforms are requested but not installed, or the file cannot be written.
     """
     if fmi not in (2, 3):
         raise InputError(f"The FMI version must be 2 or 3. Got {fmi} instead.")
@@ -92,6 +93,8 @@ def export_fmu(
         name = name_of(whole) if whole else single.name if single else "graph"
     if not name.isprintable() or not name.strip():
         raise InputError(f"The FMU name must be printable text. Got {name!r} instead.")
+    if stop is not None and not 0 < stop < math.inf:
+        raise InputError(f"The stop time of the default experiment must be a float in (0, inf). Got {stop} instead.")
     if text is None:
         text = description_of(whole) if whole else single.block.text if single else ""
     identifier = _identifier(name)

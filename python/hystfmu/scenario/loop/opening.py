@@ -384,7 +384,7 @@ def stability_of(
     known = {c.name for c in scenario.cases}
     for case in expected:
         if case not in known or (case in opened and case not in lost):
-            why = "is stable, or has none" if case in known else "does not exist"
+            why = "is stable, or has no loop" if case in known else "does not exist"
             raise InputError(
                 f"{scenario.origin}: margins.expected_unstable: The case must have an unstable loop. "
                 f"Got {case!r}, which {why}."
@@ -393,6 +393,6 @@ def stability_of(
     for case in lost:
         loop = opened[case]
         assert not isinstance(loop, InputError)
-        at = f"{case}, slopes {loop.slopes[0]:.2f} to {loop.slopes[1]:.2f}"
+        at = f"{case}, sector {loop.slopes[0]:.2f} to {loop.slopes[1]:.2f}"
         verdicts.append(LoopVerdict(name, "stable_to_steps", at, None, 0.0, at_least=True, expected=case in expected))
     return verdicts

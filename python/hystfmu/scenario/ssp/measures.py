@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hystfmu.fmu.foreign.instance import unit_of
+
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 _EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _KEYS = (*_EXPONENTS, "factor", "offset")
@@ -35,7 +37,7 @@ def stated(root: ET.Element, name: str | None) -> Measure:
 
 def declared(description: Any, variable: Any) -> Measure:
     """Return the unit of measure of a variable in the model description of its FMU."""
-    name = variable.unit or getattr(variable.declaredType, "unit", None)
+    name = unit_of(variable)
     if not name:
         return None
     base = next((u.baseUnit for u in description.unitDefinitions if u.name == name), None)

@@ -23,6 +23,7 @@ import numpy as np
 
 from hystfmu.base import Array, InputError, meant
 from hystfmu.fmu.archive import unpacked
+from hystfmu.fmu.foreign.instance import unit_of
 from hystfmu.scenario.engine.simulation import Engine, Run, chunks, silent
 from hystfmu.scenario.outcome.trace import Excerpt, Stopped, Trace, row_file
 from hystfmu.scenario.ssp.measures import Measure, converts, declared, not_converted
@@ -184,9 +185,9 @@ class _Reader:
         if not given:
             return {}, {}
         foreign = Foreign.load(self._folder / place)
-        own = {v.name: v.unit for v in foreign.description.modelVariables}
+        own = {v.name: unit_of(v) for v in foreign.description.modelVariables}
         for k, (_, unit) in given.items():
-            if not {unit, own.get(k)} & {"", "1", None} and unit != own[k]:
+            if not {unit, own.get(k, "")} & {"", "1"} and unit != own[k]:
                 raise self._wrong(
                     f"{name}: {k} is given in {unit} and is in {own[k]} in the FMU: units of measure are not converted"
                 )

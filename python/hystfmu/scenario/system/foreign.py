@@ -18,7 +18,7 @@ from typing import Any, Literal
 from hystfmu.base import InputError
 from hystfmu.fmu.archive import unpacked
 from hystfmu.fmu.foreign.description import check_binary, read_description
-from hystfmu.fmu.foreign.instance import CARRIED, REAL, Finding, carried, numbers, version
+from hystfmu.fmu.foreign.instance import CARRIED, REAL, Finding, carried, numbers, unit_of, version
 from hystfmu.graph.node import element_names
 
 MOST_PORTS = 100_000
@@ -184,7 +184,7 @@ def _port(path: Path, v: Any, sizes: Mapping[str, Any]) -> ForeignPort:
     return ForeignPort(
         v.name,
         v.causality,
-        v.unit or "",
+        unit_of(v),
         tuple(x if math.isfinite(x) or v.causality == "input" else 0.0 for x in start),
         v.description or "",
         v,
