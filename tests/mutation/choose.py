@@ -30,8 +30,9 @@ UNCOUNTED = {
     "python/hystfmu/base/supervisor.py": _CONFINED,
 }
 OWN = {  # the tests that are about a room; others run its lines for their own sake
-    "studies": "tests/study/", "scenario": "tests/scenarios/", "inverse": "tests/graph/test_inverse", "data": "tests/data/",
+    "studies": "tests/study/", "scenario": "tests/scenarios/", "inverse": "tests/graph/test_inverse",
     "identify": "tests/identify/", "design": "tests/design/", "start": "tests/start/", "base": "tests/base/",
+    "data": "tests/data/",
 }  # fmt: skip
 MASTER = [
     *(f"tests/scenarios/test_{name}.py" for name in ("engines", "newton", "chunks", "substeps")),
@@ -70,7 +71,7 @@ class Tests:
         self.kills: dict[str, Counter[str]] = defaultdict(Counter)  # by file: modules and tests
 
     def for_mutant(self, mutant: Mutant, text: str) -> list[str]:
-        """Return the tests in their order, as many as the budget holds: what killed, what is about the file or its room, the rest.
+        """Return the tests in their order, as many as the budget holds: what killed, what is about the file, the rest.
 
         One that alone is longer than the budget comes after the others, unless it has killed before.
         """
