@@ -26,7 +26,9 @@ def values(tmp_path: Path):
         (tmp_path / "numbers.c").write_text("\n".join(lines))
         if shutil.which("cc") is None:
             pytest.skip("no C compiler")
-        made = subprocess.run(["cc", "-o", tmp_path / "numbers", tmp_path / "numbers.c"], capture_output=True, text=True)
+        made = subprocess.run(
+            ["cc", "-o", tmp_path / "numbers", tmp_path / "numbers.c"], capture_output=True, text=True
+        )
         if "No such file" in made.stderr:
             pytest.skip(f"no kernel headers: {made.stderr.splitlines()[0]}")
         assert not made.returncode, made.stderr
