@@ -151,11 +151,7 @@ static fmi_status check_array(const instance *i, const fmi_call *call, const dou
 fmi_status fmi_set_states(instance *i, const fmi_call *call, const double *x, size_t n) {
   if (check_array(i, call, x, n, "continuous states")) return FMI_ERROR;
   for (size_t k = 0; k < n; k++)
-    if (!fmi_is_finite(x[k])) {
-      fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The continuous state '%s' is %s: it is not set.", i->continuous[k].name,
-              x[k] != x[k] ? "NaN" : "infinite");
-      return FMI_DISCARD;
-    }
+    if (fmi_examine_state(i, i->continuous + k, x[k])) return FMI_DISCARD;
   for (size_t k = 0; k < n; k++) *i->continuous[k].value = x[k];
   i->run.stale = 1;
   return FMI_OK;

@@ -47,11 +47,18 @@ static fmi_status wait_for_input(instance *i, const hyst_port *p, int64_t elemen
   return FMI_DISCARD;
 }
 
+fmi_status fmi_examine_state(const instance *i, const hyst_port *p, double value) {
+  if (fmi_is_finite(value)) return FMI_OK;
+  fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "The continuous state '%s' is %s: it is not set.", p->name,
+          value != value ? "NaN" : "infinite");
+  return FMI_DISCARD;
+}
+
 static fmi_status examine_continuous(const instance *i, const hyst_port *p, double value) {
   if (is_derivative(i, p)) return fmi_refuse(i, "The derivative of '%s' cannot be set.", p->name);
   if (i->run.phase != CONTINUOUS)
     return fmi_refuse(i, "'%s' is a continuous state: it is set in Continuous-Time Mode only.", p->name);
-  return fmi_is_finite(value) ? FMI_OK : FMI_DISCARD;
+  return fmi_examine_state(i, p, value);
 }
 
 fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value) {

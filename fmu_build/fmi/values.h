@@ -26,6 +26,7 @@ static inline const hyst_port *fmi_found(const instance *i, uint32_t reference) 
 /* makes new parameter values effective, for the current step */
 fmi_status fmi_prepare(instance *i);
 /* Checks whether an element may be set to a value now; fmi_set() sets it.  A call sets all its values or none. */
+fmi_status fmi_examine_state(const instance *i, const hyst_port *p, double value); /* of a continuous state */
 fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value);
 static inline fmi_status fmi_accept(instance *i, const hyst_port *p, int64_t element, double value) {
   return p->kind == HYST_INPUT && !hyst_check_port(p, value) ? FMI_OK : fmi_examine(i, p, element, value);

@@ -13,6 +13,7 @@ COMMAND = "make choice"
 MEDIAN, WORST, POOR = 1.3, 2.0, 3.0  # limits of auto / best; a refusal counts where the best kind is above (%FS)
 NEAR = 3.0  # limit of the median of auto / fitted true structure
 COLUMNS = ("device", "data", "seeds", "median", "worst", "refused", "best kinds", "chosen", "least error, %FS")
+LATER = "Spencer's MR damper"  # its program takes the velocity at a row from the next row
 OF_TRUTH = ("truth, %FS", "ratio to truth")
 
 
@@ -85,6 +86,10 @@ def _of_truth(near):
     own = [name for name in families if name not in GRAPHS]
     if not near:
         return ""
+    later = (
+        f" The program of {LATER} takes the velocity at a row from the next row; no graph knows this row, so that the "
+        "truth of this device contains the difference."
+    )
     graphs, median = len(families) - len(own), np.median(list(near.values()))
     return (
         f"The median ratio to the truth over {len(near)} rows is {median:.3g}; the goal is at most "
@@ -92,6 +97,7 @@ def _of_truth(near):
         f"true structure of {graphs} devices is a graph of blocks, which `hystfmu.fit` fits with free parameters. No "
         f"graph of blocks has the structure of the other devices ({'; '.join(own)}); for these, least squares fits the "
         "parameters of their own programs. Both fits start at the true parameters."
+        f"{later if LATER in families else ''}"
     )
 
 

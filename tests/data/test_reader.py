@@ -386,6 +386,15 @@ def test_a_date_without_zeros_goes_on_behind_midnight(days, tmp_path):
     assert read(path).h == pytest.approx(1.0)
 
 
+def test_zeros_that_a_program_drops_are_digits(tmp_path):
+    path, y = tmp_path / "a.csv", [0.0, 1.5, 0.5, 2.0, 1.0, 3.0, 0.25, 0.125]
+    path.write_bytes(text(["t [s],u,y"], [f"{round(k / 3000, 9)!r},{k},{v}" for k, v in enumerate(y)]))
+    data = read(path)
+    assert "resampled" not in data.read_as
+    np.testing.assert_array_equal(data.y, y)
+    assert data.h == pytest.approx(1 / 3000, rel=1e-6)
+
+
 def test_a_temperature_is_no_time(tmp_path):
     path = tmp_path / "a.csv"
     path.write_bytes(text(["t [s],u,y,T [degC]"], [f"{k},1,{k},20" for k in range(9)]))

@@ -251,10 +251,15 @@ def test_states_without_finite_value(make: Make, bad: float) -> None:
     m.begin(np.array([0.5]))
     assert m.set_x(np.array([0.25])) == OK
     before = m.memory()
-    assert m.set_x(np.array([bad])) == DISCARD
+    reference = C.c_uint(sum(p.size for p in m.graph.ports) + 1)
+    setter, more = ("SetReal", ()) if m.fmi == 2 else ("SetFloat64", (C.c_size_t(1),))
+    alone = C.byref(reference), C.c_size_t(1), C.byref(C.c_double(bad)), *more
     word = "NaN" if math.isnan(bad) else "infinite"
-    assert m.messages[-1] == (WARNING, "logStatusWarning", f"The continuous state 'q' is {word}: it is not set.")
-    assert m.memory() == before
+    for refused in (lambda: m.set_x(np.array([bad])), lambda: m.call(setter, *alone)):
+        m.messages.clear()
+        assert refused() == DISCARD
+        assert m.messages == [(WARNING, "logStatusWarning", f"The continuous state 'q' is {word}: it is not set.")]
+        assert m.memory() == before
     assert m.set_x(np.array([-1e308])) == OK
     assert m.vector("GetDerivatives" if m.fmi == 2 else "GetContinuousStateDerivatives")[0] == DISCARD
     assert m.messages[-1][2] == "The derivative of 'q' is not finite at t = 0 s."

@@ -202,7 +202,9 @@ def main() -> None:
         raise SystemExit(f"another run uses {WORK}") from None
     python = not set(given.rooms) <= LIBRARIES.keys()
     if python:
-        modules = [str(p.relative_to(ROOT)) for f in PATHS["python"] for p in sorted((ROOT / f).rglob("test_*.py"))]
+        folders = [ROOT / f for f in PATHS["python"]]
+        found = [p for f in folders for p in (sorted(f.rglob("test_*.py")) if f.is_dir() else [f])]
+        modules = [str(p.relative_to(ROOT)) for p in found]
         refresh(ROOT, modules, WORK / "python.json", lambda stale: covered(ROOT, stale, WORK / "part.json"))
     tree = Tree(ROOT, WORK / "tree")
     os.chdir(tree.folder)

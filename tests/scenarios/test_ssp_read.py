@@ -277,6 +277,19 @@ def test_an_interface_that_would_not_run_is_refused(tmp_path: Path) -> None:
         read(tmp_path, elements=elements, files=two(tmp_path))
 
 
+def test_an_fmu_of_one_instance_is_one_component(tmp_path: Path) -> None:
+    files = two(tmp_path)
+    with zipfile.ZipFile(tmp_path / "x.fmu") as old, zipfile.ZipFile(tmp_path / "once.fmu", "w") as new:
+        for name in old.namelist():
+            once = b'<CoSimulation canBeInstantiatedOnlyOncePerProcess="true"'
+            new.writestr(name, old.read(name).replace(b"<CoSimulation", once))
+    files["resources/b.fmu"] = (tmp_path / "once.fmu").read_bytes()
+    build(read(tmp_path, files=files).case)
+    files["resources/a.fmu"] = files["resources/b.fmu"]
+    with pytest.raises(InputError, match=r"units\.b: the FMU can be instantiated only once per process, and a is an"):
+        build(read(tmp_path, files=files).case)
+
+
 def test_entities(tmp_path: Path) -> None:
     path = archive(tmp_path)
     with zipfile.ZipFile(path) as z:

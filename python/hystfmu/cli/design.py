@@ -98,9 +98,10 @@ def repetitive(
     }
     lines = [
         f"period: {made.steps} steps, {made.period:.6g} s, {1 / made.period:.6g} Hz",
-        f"learns {made.gain:g} of the error in a period, up to {made.cutoff:.4g} Hz, for modes up to "
-        f"{100 * made.off:g} % off",
-        f"slowest: at {made.worst[0]}, harmonics up to half of that shrink by {made.worst[1]:.3g} in a period",
+        f"each period corrects {made.gain:g} of the error up to {made.cutoff:.4g} Hz, also for modes shifted by "
+        f"{100 * made.off:g} %",
+        f"slowest corner {made.worst[0]}: each period multiplies errors up to {made.cutoff / 2:.4g} Hz by "
+        f"{made.worst[1]:.3g}",
     ]
     _tell(made, lines, facts, into)
 
@@ -162,7 +163,7 @@ def _structure(name: str, text: str) -> None:
         }
         lines = [
             f"{text}: {', '.join(f'{k} = {v:g}' for k, v in made.gains.items())}",
-            f"Ms {made.tuned.ms_db:.3g} dB; of {made.loops} loops at most {made.tuned.set_ms_db:.3g} dB, at "
+            f"Ms {made.tuned.ms_db:.3g} dB; largest Ms of {made.loops} loops {made.tuned.set_ms_db:.3g} dB, at "
             f"{made.tuned.worst}",
             str(made.margins),
         ]

@@ -114,7 +114,7 @@ def choose(
     total = 2 * sum(costs.values())  # the further folds and the last fit are assumed to take as long as the first fold
     done = 0.0
     for name, (key, candidate) in sorted(entered.items(), key=lambda e: costs[e[0]]):
-        if needless := _needless(race, candidate, seen, only_invertible):
+        if needless := race.repeated(key, candidate) or _needless(race, candidate, seen, only_invertible):
             race.reasons[name] = needless
             untried.append(name)
             continue

@@ -17,7 +17,8 @@ Therefore the distance from the median replaces the standard error.
 The fits of some kinds choose their components, for example creep, on validation blocks of their own. Without a fold, a
 record with few loops can lead to other components than the whole record, and the errors would then be those of another
 model than the one that is chosen. Therefore such a candidate is first fitted to all rows, and all its other fits have
-the components of this fit.
+the components of this fit. In one oscillation, creep can also imitate a part of the hysteresis on all blocks. Then the
+model without creep is a candidate of its own.
 """
 
 from __future__ import annotations
@@ -237,6 +238,19 @@ class Race:
             self.reasons[name] = "unstable in a free run"
         else:
             self.trials[name] = trial
+
+    def repeated(self, key: str, candidate: Candidate) -> str:
+        """Return why a candidate asks for no other components than those that a fit of its kind chose, or "".
+
+        Only on a poor record are components compared that the validation blocks inside the fit did not choose.
+        """
+        for t in self.trials.values():
+            if t.key == key and t.complete is not None:
+                if not self.poor:
+                    return f"{t.name} has the components that the data support"
+                if candidate.options.items() <= t.options.items():
+                    return f"{t.name} has the same components"
+        return ""
 
     def contenders(self) -> list[Trial]:
         """Return the candidates except losers, in the order in which they were added."""

@@ -51,3 +51,9 @@ def test_the_page_lists_what_it_misses_and_how_many_seeds_a_row_has(bench):
     assert "seed 7 has 3 rows (3 at commit 1234abcd); seed 8 has 1 rows (1 at commit 5678abcd)" in flat
     assert "| LuGre | chirp | 2 | inf | inf | 0 |" in text
     assert "| plays | offset | 1 | 1.00 | 1.00 | 0 | duhem | duhem | 0.001 | - | - |" in text
+
+
+def test_the_page_says_that_a_truth_does_not_know_the_next_row(bench):
+    damper = {("Spencer's MR damper", "chirp", 7): {"auto": chosen(0.8), "truth": {"error": 0.7}}}
+    for known, said in ((cells(), False), (cells() | damper, True)):
+        assert ("takes the velocity at a row from the next row" in " ".join(bench.page(known).split())) == said

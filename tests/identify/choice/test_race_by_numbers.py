@@ -395,6 +395,13 @@ def test_a_candidate_that_chooses_components_keeps_those_of_the_fit_to_all_rows(
     race.again([t])
     assert asked[1:] == [kept]
 
+    def repeats(key, **options):
+        return race.repeated(key, Candidate(ANY, 1.0, 0.1, options, structured=True))
+
+    assert (repeats("key of a", creep="yes"), repeats("other")) == ("a has the components that the data support", "")
+    race.poor = True
+    assert (repeats("key of a", creep="yes"), repeats("key of a", creep="no")) == ("", "a has the same components")
+
 
 def test_folds_hold_blocks_inside_the_range_of_the_others(race):
     part, rows, block = race.held(1)

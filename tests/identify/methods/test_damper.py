@@ -61,7 +61,9 @@ def test_the_fit_is_as_good_as_the_fit_of_the_true_structure(form):
     """Both do not know the velocity that the device takes from the next row; lugre leaves 2 % after one oscillation."""
     case = Case(NAME, form, 31337)
     model = hy.fit(case.data, "modified_bouc_wen")
-    assert case.error(model) <= 1.2 * case.error(truth.by_graph(NAME, 31337, case.data))
+    reached, of_truth = case.error(model), case.error(truth.by_graph(NAME, 31337, case.data))
+    print(f"{form}: {reached:.3g} %FS, true structure as a graph {of_truth:.3g} %FS")
+    assert reached <= 1.2 * of_truth
     assert not any("leaves the range" in line for line in model.fit.get("warnings", []))
 
 

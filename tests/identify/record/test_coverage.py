@@ -83,11 +83,11 @@ def test_held_out_tables_say_it(model):
 
 
 def test_fit_and_predict_print_it(tmp_path):
-    u = signals.training(40, 3)[::2]
+    u = signals.training(12, 3)[::2]
     data(u).to_csv(tmp_path / "a.csv")
     Dataset.from_signal(1.5 * u, u, 1e-3).to_csv(tmp_path / "b.csv")
     a, b, out = str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), str(tmp_path / "m.model.toml")
-    command = ["fit", a, "--model", "zhao_tan_mlp", "-o", out, "--set", "iterations=20", "--set", "starts=1"]
+    command = ["fit", a, "--model", "zhao_tan_mlp", "-o", out, "--set", "iterations=5", "--set", "starts=1"]
     done = CliRunner().invoke(main, command)
     assert done.exit_code == 0, done.output
     assert "coverage %" in done.output

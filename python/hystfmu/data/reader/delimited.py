@@ -101,10 +101,22 @@ class Rows:
         return [line.split(self.separator)[k].strip() for line in self._body.split("\n")]
 
     def digits(self, k: int) -> Array:
-        """Return, for each number in column `k`, the value of one unit of its last printed digit."""
+        """Return, for each number in column `k`, the value of one unit of its last printed digit.
+
+        Some programs drop zeros at the end of a number. Therefore a number has at least the digits of any other number
+        of the same order of magnitude or of a larger one.
+        """
         sign = self.decimal or POINT
-        mantissas = (plain(c, sign).lower().partition("e")[::2] for c in self.words(k))
-        return np.array([10.0 ** (int(e or 0) - len(m.partition(".")[2])) for m, e in mantissas])
+        cells = [plain(c, sign).lower() for c in self.words(k)]
+        mantissas = (c.partition("e")[::2] for c in cells)
+        units = np.array([10.0 ** (int(e or 0) - len(m.partition(".")[2])) for m, e in mantissas])
+        with np.errstate(divide="ignore"):
+            magnitude = np.floor(np.log10(np.abs(np.array(cells, dtype=np.float64))))
+        finest = np.inf
+        for m in np.unique(magnitude)[::-1]:
+            finest = min(finest, float(units[magnitude == m].min()))
+            units[magnitude == m] = finest
+        return units
 
     def since(self, k: int) -> Array:
         """Return column `k` minus its first value, computed from the printed digits."""

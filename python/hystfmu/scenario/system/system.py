@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -296,6 +297,7 @@ def build(case: Case) -> System:
         elif spec.block is not None:  # a default value that is stated in the C table is used
             constants |= {k: v for k, v in free.items() if v != 0}
         parts.append(Part(name, graph, runs_as, period, inputs, outputs, constants, first, spec.substeps, spec.hold))
+    _check_instances(case, parts)
     links = _links(case, parts, columns)
     system = System(case, tuple(parts), links, len(columns), columns, frozenset(overridden))
     _check_lines(system)
@@ -307,6 +309,21 @@ def build(case: Case) -> System:
         for end in ends:
             system.column(end, f"{where}: {key}")
     return system
+
+
+def _check_instances(case: Case, parts: list[Part]) -> None:
+    """Raise an InputError for a second instance of an FMU that supports one instance per process only."""
+    first: dict[Path, str] = {}
+    for p in parts:
+        if not isinstance(p.graph, Foreign):
+            continue
+        used = p.graph.description.coSimulation or p.graph.description.modelExchange
+        if used.canBeInstantiatedOnlyOncePerProcess and p.graph.folder in first:
+            raise InputError(
+                f"{case.where}: units.{p.name}: the FMU can be instantiated only once per process, and "
+                f"{first[p.graph.folder]} is an instance of it"
+            )
+        first[p.graph.folder] = p.name
 
 
 def _kept(start: float, where: str) -> float:
