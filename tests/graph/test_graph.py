@@ -247,9 +247,13 @@ def test_a_byte_order_mark_is_no_text(tmp_path):
         (
             "format = 1",
             "format = 0",
-            "format: The format must be 1. Got 0 of an older version of HystFMU: make the file anew",
+            "format: The format must be 1. Got 0 of an older version of HystFMU: create the file again",
         ),
-        ("format = 1\n", "", "format: The format must be 1. Got none, as in older versions of HystFMU: make the file"),
+        (
+            "format = 1\n",
+            "",
+            "format: The format must be 1. Got none, as in older versions of HystFMU: create the file",
+        ),
         ("format = 1", "format = 'x'", "format: The value must be 1. Got 'x' instead."),
         ('type = "prandtl_ishlinskii"', 'type = "preisach2"', "Got 'preisach2' instead"),
         ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "A parameter of .* must be one of .*. Got 'w9' instead."),

@@ -168,6 +168,16 @@ def test_a_long_test_does_not_displace_short_ones(tmp_path):
     assert choose.Tests(tmp_path / "map.json").for_mutant(mutant, text) == [long]
 
 
+def test_tests_of_the_room_come_before_those_that_only_run_it(tmp_path):
+    file, text = "python/hystfmu/studies/b.py", "def f(x):\n    return x + 1\n"
+    own, others = "tests/study/test_y.py::test_own", [f"tests/face/test_x.py::test_{k}" for k in range(20)]
+    table = {"seconds": {own: 0.9} | dict.fromkeys(others, 0.5), "lines": {file: {"2": [own, *others]}}}
+    (tmp_path / "map.json").write_text(json.dumps(table))
+    chosen = choose.Tests(tmp_path / "map.json").for_mutant(python_operators.mutants(file, text)[0], text)
+    assert chosen[0] == own
+    assert len(chosen) < 20
+
+
 def test_a_header_is_judged_by_the_module_that_compiles_it(tmp_path):
     file, text = "fmu_build/core/elementary/e.h", "static double f(double x) {\n  return x + 1;\n}\n"
     own, run = "tests/c/test_elementary.py::test_bound", "tests/blocks/test_b.py::test_f"

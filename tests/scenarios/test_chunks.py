@@ -193,14 +193,15 @@ def test_memory_does_not_grow_with_the_number_of_steps(
 ) -> None:
     """All values of the longer run would take 30 MB and 12 MB more."""
     used = []
-    (tmp_path / "out").mkdir()
     for n in (50_000, most):
+        out = tmp_path / f"out {n}"
+        out.mkdir()  # of its own: a file of other content is not replaced
         folder = write(loop | {"stop": n * 1e-4 if kind == "scenario" else 0.03})
         path = folder if kind == "scenario" else write_ssp(Cases(folder).cases[0], tmp_path / "loop.ssp").path
-        used.append(peak(path, n * 1e-4, tmp_path / "out"))
+        used.append(peak(path, n * 1e-4, out))
     assert used[1] - used[0] < 4, used
     if kind == "ssp":
-        assert (tmp_path / "out" / "rows.csv").read_bytes().count(b"\n") == most + 2
+        assert (out / "rows.csv").read_bytes().count(b"\n") == most + 2
 
 
 # ---- traces ----------------------------------------------------------------------------------------------------------
