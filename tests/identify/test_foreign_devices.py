@@ -63,9 +63,12 @@ def test_a_seed_gives_a_record_and_signals_inside_its_range(name):
     assert np.std(smooth) >= 0.5 * 70**0.5 * NOISE * case.data.span, "the record has noise"
 
 
-@pytest.mark.parametrize("name", truth.GRAPHS)
+@pytest.mark.parametrize("name", sorted(truth.GRAPHS.keys() - {"Spencer's MR damper"}))
 def test_a_graph_with_the_drawn_numbers_is_the_device(name):
-    """Blocks and solvers differ in their integration at most; Jiles-Atherton is in another variable of its field."""
+    """Blocks and solvers differ in their integration at most; Jiles-Atherton is in another variable of its field.
+
+    The program of the damper takes the velocity of the next row: methods/test_damper.py has one that does not.
+    """
     case = Case(name, "multisine", 4)
     graph, _ = truth.GRAPHS[name](*truth.parameters(name, 4).values)
     rows = np.column_stack([case.data.u, case.data.covariates.values])
