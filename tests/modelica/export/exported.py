@@ -17,6 +17,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify import METHODS, fit
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
+from hystfmu.modelica.block import rated_ports
 from hystfmu.modelica.measures import si, zero
 from hystfmu.modelica.package import CLASSES, package_name
 from hystfmu.modelica.ports import names
@@ -124,7 +125,7 @@ def compare(model: Model, name: str, folder: Path) -> Outcome:
 
 def columns(model: Model, rows: dict[str, Array]) -> list[Array]:
     """Inputs and first output of the block in an Example, in the units of measure of the model."""
-    ports, _ = names(model.graph, set(CLASSES))
+    ports, _ = names(model.graph, set(CLASSES), rated_ports(model.graph))
     found = (*model.graph.inputs, model.graph.outputs[0])
     return [(rows[f"tested.{ports[p.name]}"] - zero(p.unit)) / si(p.unit)[1] for p in found]
 
