@@ -403,6 +403,12 @@ def test_findings_of_the_stress_test(name: str, content: bytes, tmp_path: Path) 
     assert verdict(reader, tmp_path / name) == "refused"
 
 
+def test_a_model_with_an_integer_that_no_float_holds(tmp_path: Path) -> None:
+    path = model_file(tmp_path)
+    path.write_text(path.read_text().replace("levels = [1.0", "levels = [" + "9" * 400))
+    assert verdict(Model.load, path) == "refused"
+
+
 @pytest.mark.parametrize("encoding", ["UF-8", "utf-32", "shift_jis", "cp65001", "idna"])
 def test_xml_in_an_unsupported_encoding(encoding: str, tmp_path: Path) -> None:
     path = tmp_path / "a.ssp"

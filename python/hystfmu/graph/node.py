@@ -295,6 +295,10 @@ class Node:
             raise InputError(
                 f"The '{v.name}' parameter of {self.name} must be a number or an array of them. Got {value!r} instead."
             ) from None
+        except OverflowError:  # the message leaves out an integer of hundreds of digits
+            raise InputError(
+                f"The '{v.name}' parameter of {self.name} must be {v.interval}. Got too large an integer instead."
+            ) from None
         if array.size == 1 and size != 1:
             array = np.broadcast_to(array, (size,))
         if array.size != size:
