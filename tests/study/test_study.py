@@ -37,7 +37,17 @@ def test_grid_against_the_closed_form(write: Any, tmp_path: Path) -> None:
     table = pq.read_table(outcome.table)
     assert table.column("index").to_pylist() == list(range(24))
     assert table.column("metric:last").to_pylist() == [row["metrics"]["last"] for row in outcome.rows]
-    assert "rank correlation" in outcome.report.read_text()
+    page = outcome.report.read_text()
+    assert "rank correlation" in page
+    for title in ("last over command.step", "distribution of last", "distribution of peak"):
+        assert title in page
+    assert repr(outcome) == f"Outcome(24 rows, 0 failed, '{outcome.table}')"
+
+
+def test_margins_of_a_case_that_does_not_run_are_refused(write: Any, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"margins: no case 'three'"):
+        hy.study(write(margins="three"), tmp_path / "out", workers=1)
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_table_does_not_depend_on_workers_or_engine(write: Any, tmp_path: Path) -> None:

@@ -200,6 +200,13 @@ def test_shares_percentiles_and_changed_draws_are_those_of_the_closed_form(made:
     assert "No variation changed its verdict." in (tmp_path / "same.html").read_text()
 
 
+def test_a_changed_limit_is_drawn_beside_the_old_one(made: Made, tmp_path: Path) -> None:
+    compare_studies(made("a"), made("b"), tmp_path / "same.html")
+    compare_studies(made("a"), made("c", limit=2.5), tmp_path / "changed.html")
+    same, changed = ((tmp_path / f"{n}.html").read_text() for n in ("same", "changed"))
+    assert [("old limit" in page, "new limit" in page) for page in (same, changed)] == [(False, False), (True, True)]
+
+
 def test_other_draws_have_no_pairs_and_grid_points_no_interval(made: Made, tmp_path: Path) -> None:
     compare_studies(made("a", seed=1), made("b", seed=2), tmp_path / "out.html")
     assert "no variation has two verdicts" in (tmp_path / "out.html").read_text()
