@@ -42,6 +42,14 @@ def test_exact_inverse_in_cascade_with_its_model():
     assert (inv.graph.inputs[0].name, inv.graph.outputs[0].name) == ("u", "y")
 
 
+def test_an_implicit_inverse_undoes_creep_too():
+    creep = Node("creep", "creep", {}, {"w0": 1.0, "w": [0.05, 0.1], "T": [0.01, 0.1], "start": "steady"})
+    model = Model("creeping", series(fitted().graph.nodes[0], creep), 1e-3)
+    made = inverse(model, "implicit", lo=-1.5, hi=1.5)
+    for name, r in wanted(model):
+        assert np.abs(model.predict(made.predict(r)) - r).max() <= 1e-12 * np.ptp(r), name
+
+
 def test_the_inverse_of_the_inverse_is_the_model():
     m = fitted()
     back = inverse(inverse(m))
