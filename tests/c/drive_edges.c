@@ -98,7 +98,7 @@ static void fail_while_saved(void) {
   good_calls = 0;
   DEMAND(fmi3DeserializeFMUState(c, (fmi3Byte *)bytes, size, &again) == fmi3Error && !again);
   DEMAND(!fmi3DeserializeFMUState(c, (fmi3Byte *)bytes, size, &state)); /* into a state that is there */
-  again = &size; /* whatever it is, the call makes a state */
+  again = &size;                                                        /* whatever it is, the call makes a state */
   DEMAND(!fmi3DeserializeFMUState(c, (fmi3Byte *)bytes, size, &again) && again != &size && again != state);
   DEMAND(!fmi3FreeFMUState(c, &again));
   DEMAND(fmi3DeserializeFMUState(c, NULL, size, &state) == fmi3Error);
