@@ -62,7 +62,9 @@ def test_a_missing_package_is_told_first(ran: list[str], monkeypatch: pytest.Mon
 def test_a_package_without_papers_says_in_one_line_where_they_are(tmp_path: Path, ran: list[str]) -> None:
     done = CliRunner().invoke(main, ["reproduce", "loops", "--papers", str(tmp_path / "papers")])
     assert (done.exit_code, len(done.stderr.splitlines()), ran) == (2, 1, [])
-    assert f"{tmp_path}/papers: The papers must be in a folder scenarios/papers, as in the repository" in done.stderr
+    assert (
+        f"{tmp_path}/papers: The papers must be in a folder scenarios/papers, which only the repository" in done.stderr
+    )
 
 
 # ---- The table of the shipped loops: worst corners and nearest structures by hand, targets as asked, all of them met

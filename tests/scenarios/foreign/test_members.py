@@ -32,7 +32,8 @@ from hystfmu.scenario.system.system import System
 
 
 def variable(name: str, causality: str = "input", type_: str = "Float64", start: Any = None, **more: Any) -> Any:
-    facts = {"dimensions": [], "unit": None, "description": None, "clocks": None, "variability": "continuous"}
+    facts = {"dimensions": [], "unit": None, "description": None, "clocks": None}
+    facts |= {"variability": "continuous", "declaredType": None}
     return SimpleNamespace(name=name, causality=causality, type=type_, start=start, **(facts | more))
 
 

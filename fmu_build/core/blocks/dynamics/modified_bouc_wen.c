@@ -76,8 +76,8 @@ static point plus(point x, double h, point r) {
 /* advances x over a ramp of length du, which takes dt > 0 */
 static point along(const damper *p, point x, double du, double t_du, double dt) {
   const double way = (1 - p->by_v) * hyst_fabs(du) + dt * (p->by_d * hyst_fabs(x.d) + p->by_z * p->z_max);
-  const double wanted = PER_CONSTANT * (p->n * p->A / p->z_max * way + dt * (p->by_d + p->by_z * p->A));
-  const int steps = wanted < MOST_STEPS ? 1 + (int)wanted : MOST_STEPS;
+  const double wanted = (double)PER_CONSTANT * (p->n * p->A / p->z_max * way + dt * (p->by_d + p->by_z * p->A));
+  const int steps = wanted < (double)MOST_STEPS ? 1 + (int)wanted : MOST_STEPS;
   const double h = dt / steps, v = du / dt, t_v = t_du / dt;
   for (int i = 0; i < steps; i++) {
     const point k1 = rate(p, v, t_v, x), k2 = rate(p, v, t_v, plus(x, 0.5 * h, k1)),
@@ -93,7 +93,7 @@ HYST_PREPARE_FN(prepare) {
   HYST_OPEN_PREPARE
   if (!(*beta + *gamma > 0)) return "beta + gamma must be greater than 0";
   *z_max = hyst_pow(*A / (*beta + *gamma), 1 / *n);
-  return PER_CONSTANT * dt * (*k_0 + *alpha * *A) / (*c_0 + *c_1) < MOST_STEPS
+  return (double)PER_CONSTANT * dt * (*k_0 + *alpha * *A) / (*c_0 + *c_1) < (double)MOST_STEPS
              ? NULL
              : "the step is too long: it contains a hundred time constants of the dashpots";
 }

@@ -50,7 +50,10 @@ def rest(data: Dataset) -> float:
     if len(data.starts) > 1 or data.covariates:
         return first
     least, at_first = LEAST / 100 * data.span, _error(data, first)
-    if at_first <= least or at_first <= CLEARLY * _error(data, first, begin=_wiped(data)):
+    u = data.u[: data.train.stop]
+    # from the row at which the input has reached both ends of its range, no play remembers row 0
+    wiped = max(int(np.argmax(u)), int(np.argmin(u)))
+    if at_first <= least or at_first <= CLEARLY * _error(data, first, begin=wiped):
         return first
     u = data.u[data.train]
     grid = np.linspace(float(u.min()), float(u.max()), STEPS + 1)
@@ -108,12 +111,6 @@ def remembered(key: str, u0: float, data: Dataset) -> dict[str, Any]:
         return {"u0": u0}
     u = data.u[data.train]
     return {"start": "low"} if u0 <= u.min() else {"start": "high"} if u0 >= u.max() else {}
-
-
-def _wiped(data: Dataset) -> int:
-    """Return the row at which the input has reached both ends of its range, so that no play remembers row 0."""
-    u = data.u[: data.train.stop]
-    return max(int(np.argmax(u)), int(np.argmin(u)))
 
 
 def _error(data: Dataset, u0: float, bends: int = BENDS, begin: int = 0) -> float:
