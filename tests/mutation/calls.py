@@ -25,7 +25,7 @@ FLAGS = [
     "-finstrument-functions",
 ]
 SOURCES = {
-    "_core": ["core", "master"],
+    "_core": ["core", "fitting", "master"],
     "_fmu": ["core", "fmi"],
     "_container": ["core", "master", "container", "fmi/files"],
 }
