@@ -74,7 +74,7 @@ def test_every_other_number_is_that_of_its_name(values):
         "SECCOMP_RET_ERRNO | 13": confine._REFUSE,
         "SECCOMP_RET_KILL_PROCESS": confine._KILL,
         "F_SETOWN": confine._OWNERS[0],
-        "15": confine._OWNERS[1],  # F_SETOWN_EX, which some headers do not define
+        "F_SETOWN_EX": confine._OWNERS[1],
         **dict(zip(("TIOCSTI", "TIOCLINUX", "FIOSETOWN", "SIOCSPGRP"), confine._CONTROLS, strict=True)),
         "LANDLOCK_ACCESS_FS_EXECUTE": confine._EXECUTE,
         "LANDLOCK_ACCESS_FS_WRITE_FILE": confine._WRITE_FILE,
