@@ -1,7 +1,5 @@
 """Commands for the first steps and for published results: start, demo, blocks and reproduce."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from pathlib import Path
@@ -253,7 +251,7 @@ def start(
     answer(None, made.approved)
 
 
-def _contender(c: Contender) -> dict[str, Any]:
+def _contender(c: "Contender") -> dict[str, Any]:
     """Return the results of a compared controller structure, with the keys of the JSON output."""
     t = c.tuned
     return {
@@ -269,7 +267,7 @@ def _contender(c: Contender) -> dict[str, Any]:
     }
 
 
-def _case(result: Result) -> dict[str, str]:
+def _case(result: "Result") -> dict[str, str]:
     """Return the result of a case of the new loop as text, with the keys of the JSON output."""
     found = {v.metric: v for v in result.verdicts}
     rms, most = found.get("tracking"), found.get("worst")

@@ -1,7 +1,5 @@
 """Commands that design a controller for the loop of a scenario. They write a new scenario with this controller."""
 
-from __future__ import annotations
-
 import math
 import shlex
 import tempfile
@@ -174,7 +172,7 @@ for _name, _text in structures().items():
     _structure(_name, _text)
 
 
-def _tell(made: Repetitive | Controller, lines: list[str], facts: dict[str, Any], into: Path) -> NoReturn:
+def _tell(made: "Repetitive | Controller", lines: list[str], facts: dict[str, Any], into: Path) -> NoReturn:
     """Write the new scenario, print the design and the results of the cases, and end the command.
 
     The exit status is 0 if all limits are met, otherwise 1.
@@ -212,7 +210,7 @@ def _folder(out: str, source: Path) -> Path:
     return into
 
 
-def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
+def _write(scenario: "Scenario", into: Path, results: "Results") -> list[str]:
     """Write a scenario, and return the violated limits of its loop as lines of text.
 
     If all limits are met, the results become the baseline of the scenario. The scenario is first written to a temporary

@@ -9,8 +9,6 @@ In discrete form, a delay of n steps has exactly n states. In continuous form, a
 approximant can replace the delay.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

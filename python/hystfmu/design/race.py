@@ -11,8 +11,6 @@ bounds of all margins: gain margins of Ms / (Ms -+ 1) and a phase margin of 2 as
 Postlethwaite, 2nd ed., section 2.4.3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

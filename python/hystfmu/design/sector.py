@@ -9,8 +9,6 @@ with y = a_1 cos + b_1 sin + ... for u = A sin (Gelb & Vander Velde, Multiple-In
 2.2). For a static block, N does not depend on the frequency. For a block with dynamics, the frequency must be stated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

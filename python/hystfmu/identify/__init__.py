@@ -1,7 +1,5 @@
 """Identification of models from measured data. The folder `methods` contains the kinds of model."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import replace

@@ -23,8 +23,6 @@ compared if the input has only one speed. A kind is not fitted either if the fit
 (`_needless`).
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ imported when it is first used. A fit may use at most half of the memory of the 
 estimated from the number of rows and a measured number of bytes per row.
 """
 
-from __future__ import annotations
-
 import importlib
 import os
 from collections.abc import Callable, Mapping, Sequence

@@ -19,8 +19,6 @@ the oscillation on one side. The memory after it then differs from the memory of
 this record up to its first full swing are also held out.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

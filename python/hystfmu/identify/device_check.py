@@ -15,8 +15,6 @@ smallest remaining error or `AS_GOOD` times the stated error of the model. The c
 the others, so it also reduces the error that the model already had on its own record.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Functions that build the graph of a fitted model: its ports, the scaling of its input, and the wires of a chain."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -6,8 +6,6 @@ returns the graph and the number of fitted parameters. It can also return a dict
 ``warnings``, and the searched parameters ``bounded`` (see `hystfmu.model.guards`).
 """
 
-from __future__ import annotations
-
 import platform
 import time
 from dataclasses import replace

@@ -21,8 +21,6 @@ the components of this fit. In one oscillation, creep can also imitate a part of
 model without creep is a candidate of its own.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """A candidate of ``auto`` and the results of its fits (see `hystfmu.identify.race`)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

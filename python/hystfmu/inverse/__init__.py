@@ -22,8 +22,6 @@ signals use 90 % of the input range. For a model with dynamics, they are smooth,
 of the natural frequency, and the lag is removed before the errors are computed.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any

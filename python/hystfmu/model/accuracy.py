@@ -10,8 +10,6 @@ each block, an interval is computed from the other blocks. The coverage of the b
 that lie inside this interval.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

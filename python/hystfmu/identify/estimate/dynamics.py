@@ -8,8 +8,6 @@ Padé approximant of e^(-s tau) of order 2 in the transfer function. The phase e
 tau)^5/720, which is 5e-9 rad at a fiftieth of the sampling rate.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -57,7 +55,7 @@ class Dynamics:
     beside: Beside = ()
 
     @classmethod
-    def at(cls, p: Sequence[float] | Array, h: float, beside: Beside = ()) -> Dynamics:
+    def at(cls, p: Sequence[float] | Array, h: float, beside: Beside = ()) -> "Dynamics":
         """Return the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s).
 
         If p has further elements, they are the shares of the modes `beside`.

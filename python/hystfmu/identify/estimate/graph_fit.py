@@ -4,8 +4,6 @@ For the fit of a single block, a graph is built: the input is scaled to [-1, 1],
 weighted sum of the outputs of the block plus an offset.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress

@@ -7,8 +7,6 @@ orthogonal complement of these columns (Kaufman 1975). This Jacobian neglects on
 residuals.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Simulations of a graph for given parameter values: the output and its derivatives with respect to parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 

@@ -3,8 +3,6 @@
 A short search begins at each start point, and a full search continues from the best result.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

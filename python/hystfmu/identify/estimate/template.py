@@ -12,8 +12,6 @@ stage searches the shape for these dynamics. The third stage searches all parame
 support the delay (Bayesian information criterion), it is omitted, because it would triple the standard error of f_n.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ The derivatives of the residuals with respect to the dynamics are those of Kaufm
 filtered signal per parameter, the weighted sum.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -48,7 +46,7 @@ class Weighted:
         self.columns, self.data, self.rows, self.hold, self.fit = columns, data, rows, hold, fit
         self._last: tuple[Dynamics | None, Array, Array, Array] = None, columns, columns, columns
 
-    def thinned(self) -> Weighted:
+    def thinned(self) -> "Weighted":
         """Return the problem on at least `RATED` rows, if there are as many."""
         rows = self.rows[:: max(1, len(self.rows) // RATED)]
         return Weighted(self.columns, self.data, rows, self.hold, self.fit)

@@ -5,8 +5,6 @@ modes and on the delay, which are searched. The linear weights are computed for 
 Pereyra 1973, SIAM J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

@@ -7,8 +7,6 @@ transform of a whole record needs no window function, which could suppress a sho
 frequency resolution, which lightly damped modes need.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -36,7 +34,7 @@ class Window:
     rows: slice
 
     @classmethod
-    def of(cls, rows: slice) -> Window | None:
+    def of(cls, rows: slice) -> "Window | None":
         """Return the largest window that ends with the last of `rows`; None if `rows` are too few."""
         n = rows.stop - rows.start
         while n >= LEAST_ROWS and next_fast_len(n, real=True) != n:

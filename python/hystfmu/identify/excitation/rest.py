@@ -8,8 +8,6 @@ cubic static nonlinearity follows the plays. Plays alone have a large error if t
 memory then changes this error only little.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

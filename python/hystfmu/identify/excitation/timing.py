@@ -21,8 +21,6 @@ correlation is used, so that jumps of a reference have little effect. Feedback c
 smaller than the residual.
 """
 
-from __future__ import annotations
-
 from statistics import NormalDist
 from typing import Any
 

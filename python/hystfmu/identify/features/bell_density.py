@@ -15,8 +15,6 @@ linear parameters (variable projection, Golub & Pereyra 1973; Kaufman 1975). The
 2) from a few start values, because an even b has many local minima.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -89,7 +87,7 @@ class Relays:
         changes = [{"relays.E": unit} for unit in np.eye(len(self.line))]
         return np.vstack([runs.sensitivities(x[:, None], 1.0, changes, rows, 1.0)[1] for x, rows in parts])
 
-    def on(self, rows: NDArray[np.bool_]) -> Relays:
+    def on(self, rows: NDArray[np.bool_]) -> "Relays":
         """Return the relays seen on some of the rows."""
         other = copy(self)
         other.seen, other.moved = self.seen[rows], self.moved[rows]

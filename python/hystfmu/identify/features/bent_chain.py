@@ -6,8 +6,6 @@ of dead zones, which interpolates the polynomial. The sum has an exact inverse, 
 outside the range of the training rows.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,7 +61,7 @@ class Trial:
     fit: BentSum
     error: float
 
-    def or_better(self, other: Trial) -> Trial:
+    def or_better(self, other: "Trial") -> "Trial":
         """Return the trial `other` if its validation error is clearly smaller, otherwise this trial."""
         enough = BETTER if other.fit.monotone or not self.fit.monotone else NEEDED
         return other if other.error < enough * self.error else self

@@ -20,8 +20,6 @@ variables of the Gauss-Newton steps and have no bounds. A model with ``gain`` ha
 model with ``bend`` is inverted by root finding.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -14,8 +14,6 @@ determine such a device. In the intervals between neighbouring points of the pat
 constant r and W. Linear least squares of the increments gives the start values, because dw/d|u| is linear in r W and r.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -80,7 +78,7 @@ class Saturating:
     w0: float
 
     @staticmethod
-    def at(p: Array) -> Saturating:
+    def at(p: Array) -> "Saturating":
         """Return the model at a point p (4 (m + 1) + 2,) of the search."""
         rate, bound = p[:-2].reshape(2, 2, -1)  # both directions of ln r, then of W
         return Saturating(rate, bound, float(p[-2]), float(p[-1]))
@@ -95,7 +93,7 @@ class Saturating:
         """Coefficients of r (2, m + 1)."""
         return np.asarray(np.exp(np.clip(self.rate, np.log(LEAST), np.log(MOST))))
 
-    def finer(self, n: int) -> Saturating:
+    def finer(self, n: int) -> "Saturating":
         """Return nearly the same functions with n B-splines."""
         old, new = (np.linspace(0, 1, k) for k in (self.rate.shape[1], n))
         rate, bound = (np.array([np.interp(new, old, c) for c in both]) for both in (self.rate, self.bound))

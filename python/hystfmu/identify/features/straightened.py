@@ -4,8 +4,6 @@ If a device was driven before the first row, its plays do not rest at the first 
 errors until a full swing wipes them out, and these errors distort the weights of a model.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import least_squares
 

@@ -9,8 +9,6 @@ gamma / (beta + gamma), the exponent n, and the initial value of z. The module `
 Wen 1976; Ikhouane & Rodellar 2007.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, Progress

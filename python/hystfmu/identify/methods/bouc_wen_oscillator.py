@@ -12,8 +12,6 @@ step by band-limited interpolation. With 5 rows per period of the fastest compon
 error of 7 % of the output. With 100 rows, the error is 0.03 %.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -16,8 +16,6 @@ for each trial (variable projection, Golub & Pereyra 1973). The degree of f, the
 in series are chosen by the error on validation blocks inside the training rows.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

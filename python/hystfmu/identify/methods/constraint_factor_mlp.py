@@ -16,8 +16,6 @@ equations square the condition number, which is already large. The paper has no 
 increasing: the printed a_0 = g'(0) is negative.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

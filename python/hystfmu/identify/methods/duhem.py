@@ -14,8 +14,6 @@ the output error of a simulation is minimised. This search uses an orthonormal b
 nearly linearly dependent. Source: Oh & Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

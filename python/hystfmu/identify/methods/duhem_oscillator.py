@@ -14,8 +14,6 @@ Trap: the block interpolates u linearly between rows and makes one step per row.
 must be resampled to a finer step by band-limited interpolation (option ``stride``).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,7 +117,7 @@ class Trial:
     cost: float
     count: int
 
-    def beats(self, other: Trial) -> bool:
+    def beats(self, other: "Trial") -> bool:
         """Return whether this result is better than the other by the Bayesian information criterion."""
         more = max(len(self.p) - len(other.p), 1) * np.log(self.count)
         return bool(self.count * np.log(other.cost / max(self.cost, 1e-300)) > more)

@@ -10,8 +10,6 @@ u. Eddy currents delay M like a first-order lag, which G0 represents with a larg
 contains the search.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, Progress, silent

@@ -8,8 +8,6 @@ bristles slide, the Stribeck velocity v_s, and the initial z. All other paramete
 squares for each trial (variable projection, Golub & Pereyra 1973). u is a ramp between rows.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -10,8 +10,6 @@ rest is minimised over all parameters. Grids of several sizes are tried, and the
 one of the results.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,8 +10,6 @@ projection, Golub & Pereyra 1973). u is a ramp between rows. The first row of a 
 velocity is not known.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, Progress

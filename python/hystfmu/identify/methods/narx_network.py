@@ -8,8 +8,6 @@ derivatives s(k) of the simulated output satisfy s(k) = dy/dp + sum_j dy/dy(k-j)
 Williams & Zipser 1989). These derivatives form the Jacobian of the Levenberg-Marquardt method.
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -25,8 +25,6 @@ zhao_tan_mlp         The network of Zhao & Tan 2008 (2-12-1) has the inputs x, t
                      whose input and output are exchanged, this kind gives the inverse model of the paper (section III).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, InputError, Progress, silent

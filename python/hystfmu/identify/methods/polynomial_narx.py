@@ -13,8 +13,6 @@ covariate, whose output is multiplied by the covariate. With covariates, h conta
 As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, which is chosen by the training error.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass

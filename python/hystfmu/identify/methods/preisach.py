@@ -20,8 +20,6 @@ With the option ``density=bell``, the logarithm of mu is smooth, and a static no
 validation blocks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

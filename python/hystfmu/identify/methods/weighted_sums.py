@@ -24,8 +24,6 @@ The output of a kernel k_i lies between two ramps, which start at the inputs p1_
 levels of Zhao & Tan 2008, section V.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ The inputs of the network are called features; they are, for example, outputs of
 range in the training rows. `hidden_sweep` compares networks of different sizes on a validation split.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 

@@ -20,8 +20,6 @@ cost:
 All factorisations are orthogonal; the matrix A'A is never computed.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct

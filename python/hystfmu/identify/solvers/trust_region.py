@@ -8,8 +8,6 @@ singular values are computed. A direction with a singular value of almost 0 has 
 determines only a combination of the parameters in this direction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -52,7 +50,7 @@ class Coordinates:
         found: NDArray[np.bool_] = (p < self.lo + room) | (p > self.hi - room)
         return found
 
-    def only(self, moved: NDArray[np.bool_], p: Array) -> Coordinates:
+    def only(self, moved: NDArray[np.bool_], p: Array) -> "Coordinates":
         """Return the coordinates selected by `moved` (n,); the other coordinates are fixed to their values in `p`."""
 
         def values(q: Array) -> Mapping[str, ArrayLike]:
