@@ -10,8 +10,7 @@ import click
 
 from hystfmu.base import refuse_existing
 from hystfmu.cli.identify import Columns, data_options
-from hystfmu.cli.options import Command, json_option
-from hystfmu.cli.signature import FILE, WrittenFolder, of
+from hystfmu.cli.options import FILE, Command, WrittenFolder, json_option, of
 from hystfmu.report.terminal import answer, answers_json, detail, echo, say, tell, verdict, wrong
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from hystfmu.base import InputError, together
-from hystfmu.cli.options import Command, json_option
+from hystfmu.cli.options import FILE, Command, WrittenFolder, json_option, of, structures
 from hystfmu.cli.scenarios import found
-from hystfmu.cli.signature import FILE, WrittenFolder, of, structures
 from hystfmu.report.terminal import answer, say, wrong
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base import InputError, together
-from hystfmu.cli.options import Command, json_option
+from hystfmu.cli.options import FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, WrittenFile, WrittenFolder, json_option, of
 from hystfmu.cli.scenarios import RUN, found
-from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, WrittenFile, WrittenFolder, of
 from hystfmu.report.terminal import VERBOSE, answer, echo, level, say
 
 if TYPE_CHECKING:

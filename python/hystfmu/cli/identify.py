@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hystfmu.base import InputError, may_replace, refusal, together
-from hystfmu.cli.options import Command, json_option
-from hystfmu.cli.signature import FILE, WrittenFile, WrittenFolder, of
+from hystfmu.cli.options import FILE, Command, WrittenFile, WrittenFolder, json_option, of
 from hystfmu.report.terminal import answer, answers_json, detail, echo, say, tell
 
 if TYPE_CHECKING:

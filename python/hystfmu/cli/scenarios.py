@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hystfmu.base import InputError, meant, meant_file, refuse_existing
-from hystfmu.cli.options import Command, json_option
-from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, OutputFile, WrittenFile, of
+from hystfmu.cli.options import FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, OutputFile, WrittenFile, json_option, of
 from hystfmu.report.terminal import VERBOSE, answer, answers_json, detail, echo, level, say, wrong
 
 if TYPE_CHECKING:

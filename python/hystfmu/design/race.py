@@ -16,9 +16,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Mask
 from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.plants import Complex, PlantSet
 from hystfmu.design.structures import STRUCTURES, Design, Structure
@@ -276,7 +275,7 @@ def distances(X: Complex, slopes: tuple[float, float]) -> Array:
     return np.asarray(np.abs(1 + k * X))
 
 
-def unencircled(X: Complex) -> NDArray[np.bool_]:
+def unencircled(X: Complex) -> Mask:
     """Return whether each closed loop with incremental gain 1 is stable (Nyquist criterion), shape (m,).
 
     The open loops have one integrator and no unstable pole. Therefore the Nyquist curve must not encircle -1. Along the

@@ -29,7 +29,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.columns import Covariates
 from hystfmu.data.reversals import noise, reversals
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 BLOCKS = 40  # default of the maximum number of blocks
 EVERY = 4  # one of `EVERY` consecutive blocks is a validation block

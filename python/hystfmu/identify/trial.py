@@ -6,8 +6,7 @@ import numpy as np
 
 from hystfmu.base import Array
 from hystfmu.identify.catalogue import STRUCTURE, Candidate, Options
-from hystfmu.model import Model
-from hystfmu.model.accuracy import rms
+from hystfmu.model import Model, rms
 
 
 @dataclass

@@ -15,9 +15,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, Indices, InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import discretised
@@ -92,7 +91,7 @@ class Dynamics:
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
         return (g0, Node("delay", "delay", {"n": whole})) if whole else (g0,)
 
-    def filter(self, columns: Array, h: float, hold: str, rows: NDArray[np.intp] | None = None) -> Array:
+    def filter(self, columns: Array, h: float, hold: str, rows: Indices | None = None) -> Array:
         """Return the columns (n, m), filtered by G0 and the delay from steady state, on ascending rows or all rows."""
         g0, *delays = self.nodes(h, hold)
         picked = np.arange(len(columns)) if rows is None else rows

@@ -7,9 +7,8 @@ filtered signal per parameter, the weighted sum.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, Progress
+from hystfmu.base import Array, Indices, Mask, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify.catalogue import Options
@@ -39,9 +38,9 @@ class Weighted:
         self,
         columns: Array,
         data: Dataset,
-        rows: NDArray[np.intp],
+        rows: Indices,
         hold: str,
-        fit: Callable[[Array, Array], tuple[Array, NDArray[np.bool_]]],
+        fit: Callable[[Array, Array], tuple[Array, Mask]],
     ) -> None:
         self.columns, self.data, self.rows, self.hold, self.fit = columns, data, rows, hold, fit
         self._last: tuple[Dynamics | None, Array, Array, Array] = None, columns, columns, columns

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.special import betaincinv
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Mask
 
 Complex = NDArray[np.complex128]
 CELL, LOCAL = 8, 2  # number of bins and number of complex coefficients of the response in a cell
@@ -128,10 +128,10 @@ class Response:
     g: Complex
     coherence: Array
     level: Array
-    sure: NDArray[np.bool_]
+    sure: Mask
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> Mask:
         """True at the points where input and output are coherent, that is, where the coherence exceeds `level`."""
         return self.coherence > self.level
 

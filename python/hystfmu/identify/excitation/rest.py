@@ -17,7 +17,7 @@ from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import method, options
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.solvers.nonnegative import nonnegative
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 PLAYS, ROWS = 20, 3000  # number of plays, and about the number of rows, of the compared fits
 CLEARLY = 2.0  # required ratio of the errors with the first input and with another input

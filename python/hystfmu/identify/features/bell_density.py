@@ -22,9 +22,8 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Indices, Mask
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.estimate.runs import Runs
@@ -59,7 +58,7 @@ class Bell:
     size: float = 1.0
 
 
-Part = tuple[Array, NDArray[np.intp]]
+Part = tuple[Array, Indices]
 """Input x (n,) of a record, and the rows of this record that are seen."""
 
 
@@ -87,7 +86,7 @@ class Relays:
         changes = [{"relays.E": unit} for unit in np.eye(len(self.line))]
         return np.vstack([runs.sensitivities(x[:, None], 1.0, changes, rows, 1.0)[1] for x, rows in parts])
 
-    def on(self, rows: NDArray[np.bool_]) -> "Relays":
+    def on(self, rows: Mask) -> "Relays":
         """Return the relays seen on some of the rows."""
         other = copy(self)
         other.seen, other.moved = self.seen[rows], self.moved[rows]

@@ -18,17 +18,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag, solve_banded
 from scipy.sparse import csr_array, vstack
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Indices, Mask
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
-Rows = NDArray[np.intp]
+Rows = Indices
 
 STEP = 0.02  # longest interval of the path, for u in [-1, 1]
 LEAST, MOST = 1e-8, 300.0  # range of r
@@ -196,7 +195,7 @@ def started(u: Array, y: Array, rows: Rows, pieces: tuple[Rows, Rows], n: int) -
     return found
 
 
-def _by_direction(u: Array, up: NDArray[np.bool_], n: int) -> Array:
+def _by_direction(u: Array, up: Mask, n: int) -> Array:
     """Return B-splines of u (rows, 2 n): for rising input in the first half of the columns, else in the second half."""
     of_u = uniform_splines(u, n)
     return np.hstack([of_u * up[:, None], of_u * ~up[:, None]])

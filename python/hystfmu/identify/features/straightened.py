@@ -11,7 +11,7 @@ from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.solvers.nonnegative import nonnegative
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 ROUNDS, BEND = 3, 9  # rounds of the estimate of the initial memory, and degree of its polynomial of y
 CLEARLY = 2.0  # required ratio of the errors with plays at rest and with estimated plays, on rows that depend on them

@@ -22,10 +22,8 @@ from numpy.typing import ArrayLike
 from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row
-from hystfmu.identify.estimate.objective import Objective
-from hystfmu.identify.estimate.search import determined
-from hystfmu.identify.graphs import device
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row, device
+from hystfmu.identify.estimate.objective import Objective, determined
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
 

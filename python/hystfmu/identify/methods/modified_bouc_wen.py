@@ -16,11 +16,9 @@ from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LATE, Built, Candidate, Options, Row
-from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import determined
+from hystfmu.identify.catalogue import LATE, Built, Candidate, Options, Row, device
+from hystfmu.identify.estimate.objective import Linear, Objective, determined
 from hystfmu.identify.estimate.template import Variable, bounded, limits
-from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
 
 TEXT = "Modified Bouc-Wen model of a magnetorheological damper, beside a spring, variable projection"

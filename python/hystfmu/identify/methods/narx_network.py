@@ -15,8 +15,7 @@ import numpy as np
 from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options, Row
-from hystfmu.identify.graphs import device, wired
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options, Row, device, wired
 from hystfmu.identify.network.training import train
 from hystfmu.identify.solvers.trainers import levenberg_marquardt
 

@@ -13,8 +13,7 @@ from threadpoolctl import threadpool_limits
 from hystfmu.base import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.catalogue import Option, Options
-from hystfmu.identify.graphs import covariate_inputs
+from hystfmu.identify.catalogue import Option, Options, covariate_inputs
 from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for, train
 from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.identify.solvers.trainers import TRAINERS
