@@ -20,7 +20,10 @@ TABLES = {
     "fmu_build/core/blocks/": tuple(
         f"tests/contract/test_{n}.py" for n in ("block_table", "generated", "limits_that_meet")
     ),
-    "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
+    "python/hystfmu/identify/": tuple(
+        f"{CHOICE}/test_{n}.py" for n in ("option_tables", "results_are_frozen", "chosen_numbers")
+    ),
+    **{f"python/hystfmu/{room}/": (f"{CHOICE}/test_chosen_numbers.py",) for room in ("inverse", "design", "start")},
     "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/test_study_spec.py"),
 }
 _CONFINED = tuple(f"tests/base/test_{n}.py" for n in ("child", "confined", "escapes", "kernel_numbers"))
@@ -104,8 +107,8 @@ class Tests:
         at = mutant.line(text)
         if mutant.file.endswith((".c", ".h")) and str(at) in lines and _in_c_function(at, text):
             return set(lines[str(at)])
-        if mutant.file.endswith(".py") and _in_function(at, text):
-            for line in range(at, max(at - MOST_LINES, 0), -1):  # a statement over several is counted at its first
+        if mutant.file.endswith(".py") and (first := _function(at, text)):
+            for line in range(at, max(at - MOST_LINES, first - 1), -1):  # a statement is counted at its first line
                 if some := lines.get(str(line)):
                     return set(some)
         every = set().union(*lines.values())
@@ -127,5 +130,6 @@ def _in_c_function(line: int, text: str) -> bool:
     return False
 
 
-def _in_function(line: int, text: str) -> bool:
-    return any(first <= line <= last for first, last in python_operators.functions(text))
+def _function(line: int, text: str) -> int:
+    """Return the first line of the innermost function that contains a line; 0 if there is none."""
+    return max((a for a, b in python_operators.functions(text) if a <= line <= b), default=0)
