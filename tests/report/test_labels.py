@@ -107,6 +107,7 @@ def test_labels_of_a_log_axis_are_decades(browser: Browser, tmp_path: Path) -> N
         assert "f (Hz) " in (p.locator("figcaption").nth(1).text_content() or "")
 
 
+@pytest.mark.stress
 def test_paper_has_light_colours(browser: Browser, made: Callable[[str], Path]) -> None:
     same = f"pixels => JSON.stringify(({PIXELS})()) === pixels"
     with opened(browser, made("fmu"), color_scheme="light") as p:
