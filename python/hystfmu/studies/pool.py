@@ -241,14 +241,10 @@ class Pool:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self.stop()
+        for w in self._workers:
+            w.kill()  # all of them, before the parent waits for one
         for w in self._workers:
             w.end()
-
-    def stop(self) -> None:
-        """Terminate the workers, because there are no more tasks. The parent does not wait for their end."""
-        for w in self._workers:
-            w.kill()
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
         """Yield the rows of at most n tasks, each row when its run ends."""
@@ -344,9 +340,6 @@ class DaskPool:
         with suppress(OSError):  # the scheduler has ended, so its workers end and their folders are removed
             self._client.cancel(list(self._held))
         self._client.close()
-
-    def stop(self) -> None:
-        """Do nothing, because the workers belong to the cluster and continue to run."""
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
         """Yield the rows of at most n tasks. Tasks are sent in groups, and the rows of a group are yielded together.
