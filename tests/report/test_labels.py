@@ -66,7 +66,7 @@ def drawn_at(p: Page, width: int) -> list[Any]:
 
 
 @pytest.mark.some(1)
-@pytest.mark.parametrize("kind", ["demonstration", "run", "fmu"])
+@pytest.mark.parametrize("kind", [pytest.param("demonstration", marks=pytest.mark.stress), "run", "fmu"])
 def test_labels_of_the_explorer_lie_apart(browser: Browser, made: Callable[[str], Path], kind: str) -> None:
     with opened(browser, made(kind)) as p:
         p.evaluate(WRITTEN)
