@@ -12,8 +12,7 @@ from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import covariate_inputs
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, unknown
-from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
+from hystfmu.identify.estimate.dynamics import Dynamics, Weighted, bounds, search, uncertainty, unknown
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
