@@ -133,7 +133,7 @@ def test_structures_that_know_the_resonance_are_faster_than_an_integral(seen: Ra
 
 def test_the_winner_is_stable_on_plants_drawn_inside_the_set(seen: Race) -> None:
     rng = np.random.default_rng()
-    for _ in range(20):
+    for _ in range(8):
         f, zeta = 700 * (1 + 0.0099 * rng.uniform(-1, 1)), 0.02 * rng.uniform(0.7, 1.1)
         hidden = float(np.exp(rng.uniform(np.log(1400), np.log(15000))))
         p = Plant((f, hidden), (zeta, 0.01), (0.95, 0.05), (1 + rng.uniform(0, 1)) * H)

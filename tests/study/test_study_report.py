@@ -334,23 +334,29 @@ def test_the_worst_rows_of_a_case_come_first():
 
 
 @pytest.mark.parametrize(
-    ("status", "metrics", "unstable"),
+    ("status", "metrics", "limits", "unstable"),
     [
-        ("stopped", {}, True),
-        ("timeout", {}, False),
-        ("ok", {"r": 25.0, "x": 50.0, "radius": 0.999}, False),
-        ("ok", {"r": 25.1}, True),
-        ("ok", {"x": 50.1}, True),
-        ("ok", {"r": math.nan}, True),
-        ("ok", {"radius": 1.0}, True),
-        ("ok", {"radius": math.nan}, True),
-        ("ok", {"other": 99.0}, False),
-        ("ok", {}, False),
+        ("stopped", {}, {}, True),
+        ("timeout", {}, {}, False),
+        ("ok", {"r": 25.0, "x": 50.0, "radius": 0.999}, {}, False),
+        ("ok", {"r": 25.1}, {}, True),
+        ("ok", {"x": 50.1}, {}, True),
+        ("ok", {"r": math.nan}, {}, True),
+        ("ok", {"radius": 1.0}, {}, True),
+        ("ok", {"radius": math.nan}, {}, True),
+        ("ok", {"other": 99.0}, {}, False),
+        ("ok", {}, {}, False),
+        ("ok", {"r": 83.0, "x": 100.0}, {"r": 90.0}, False),  # a jump
+        ("ok", {"r": 91.0, "x": 100.0}, {"r": 90.0}, True),
+        ("ok", {"r": 20.0, "x": 51.0}, {"r": 10.0}, True),
+        ("ok", {"r": math.nan}, {"r": 90.0}, True),
+        ("ok", {"r": 30.0}, {"other": 1.0}, True),  # no limit of an error
+        ("ok", {"r": 30.0, "radius": 1.0}, {"r": 90.0}, True),
     ],
 )
-def test_a_lost_reference_or_a_pole_outside_is_unstable(status, metrics, unstable):
+def test_a_lost_reference_or_a_pole_outside_is_unstable(status, metrics, limits, unstable):
     of = system(r="rms_percent", x="max_percent", other="peak")
-    assert summary.is_unstable(of, outcome(status=status, **metrics)) is unstable
+    assert summary.is_unstable(of, outcome(status=status, **metrics), limits) is unstable
 
 
 def test_the_outcome_of_a_variation_over_its_cases():

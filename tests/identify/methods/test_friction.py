@@ -50,7 +50,7 @@ def stage(u, m=2e-5, c=8e-4, k=1.0, springs=((0.03, 0.2), (0.1, 0.25), (0.25, 0.
     return np.array(out)
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("name", "key"), [("LuGre", "lugre"), ("slip stage", "maxwell_slip_oscillator")])
 def test_a_foreign_device_to_the_noise_of_its_record(name, key, form):
