@@ -89,6 +89,7 @@ def scenario(folder: Path, name: str, defect: str) -> Path:
 ONCE = "{ static int n; if (!n++) leave(); }"
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
     engine: Any, tmp_path: Path, name: str
@@ -135,6 +136,7 @@ def child(code: str, name: str, **more: Any) -> Child:
     return Child("-c", PYTHON.replace("NAME", repr(name.encode())) + code, **more)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV, signal.SIGTERM])
 def test_the_status_is_that_of_the_child(number: int, name: str) -> None:
     made = child(f"leave(); os.kill(os.getpid(), {int(number)})", name)

@@ -352,6 +352,7 @@ def test_a_type_of_another_version_is_damage(write: Any, tmp_path: Path) -> None
         assert said.startswith("resources/system.txt is damaged near its byte "), letter
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_halves_go_to_the_even_number(write: Any, tmp_path: Path, fmi: int) -> None:
     folder = typed(write, fmi)
