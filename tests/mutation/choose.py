@@ -46,6 +46,7 @@ PATHS = {  # what may judge the rooms of one library or language; the rest of te
     ],
     "core": [
         *(f"tests/{name}" for name in ("contract", "blocks", "graph")),
+        "tests/identify/estimate/test_sensitivities.py",
         "tests/c/test_turning_points.py",
         "tests/c/test_elementary.py",
         "tests/c/test_numerics.py",
