@@ -115,7 +115,7 @@ class Differences:
         lo, hi = (np.broadcast_to(bound, scale.shape) for bound in bounds)
         self.coordinates, self._of, self._step = Coordinates(lo, hi, scale, lambda p: {}), residuals, step
         self._held = held
-        self._last: tuple[bytes, Array] = b"", np.zeros(0)
+        self._last: tuple[bytes | None, Array] = None, np.zeros(0)
 
     def residuals(self, p: Array) -> Array:
         """Return the residuals (rows,) at a point p."""
