@@ -147,6 +147,14 @@ def test_a_later_device_is_one_step_later_than_the_design(delay: int) -> None:
     assert np.array_equal(y[1][50 + FINE :], y[0][50:-FINE])
 
 
+def test_other_devices_are_tested_by_a_reference_without_jumps() -> None:
+    """The error of a jump would hide that the loop oscillates."""
+    jump, sine = Wanted("step"), Wanted("sine")
+    assert Requirements(reference=(jump,)).wanted == (jump, sine)
+    made = references(plan(1, sine).found, (jump, Wanted("staircase"), sine))
+    assert [t.name for t in made] == ["sine", "step", "staircase"]
+
+
 def test_a_reference_is_read_from_a_file(tmp_path: Path) -> None:
     r = 30 + 5 * np.sin(0.02 * np.arange(400))
     (tmp_path / "r.csv").write_text("t [ms],r\n" + "\n".join(f"{2 * k},{v!r}" for k, v in enumerate(r.tolist())))
