@@ -63,12 +63,19 @@ def test_margins_of_a_case_that_does_not_run_are_refused(write: Any, tmp_path: P
     assert not (tmp_path / "out").exists()
 
 
-def test_the_table_does_not_depend_on_workers_or_engine(write: Any, tmp_path: Path) -> None:
+def test_the_table_does_not_depend_on_workers_or_engine_and_no_unpacked_units_stay(
+    write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setenv("TMPDIR", str(scratch))
+    monkeypatch.setattr("tempfile.tempdir", None)
     tables = [
         hy.study(write(engine=engine), tmp_path / f"{engine}{n}", workers=n).table.read_bytes()
         for engine, n in (("native", 1), ("native", 2), ("fmpy", 1))
     ]
     assert tables[0] == tables[1] == tables[2]
+    assert list(scratch.iterdir()) == []
 
 
 def test_a_second_call_runs_nothing_and_a_larger_study_only_what_is_new(write: Any, tmp_path: Path) -> None:
@@ -125,16 +132,6 @@ def test_a_parameter_that_no_unit_has_is_refused_before_anything_runs(write: Any
     with pytest.raises(InputError, match=r"study\.toml: parameters: no case has a unit .* 'comand\.step'"):
         hy.study(path, tmp_path / "out", workers=1)
     assert not (tmp_path / "out").exists()
-
-
-def test_a_study_by_fmpy_leaves_no_unpacked_units_behind(write: Any, tmp_path: Path, monkeypatch: Any) -> None:
-    scratch = tmp_path / "scratch"
-    scratch.mkdir()
-    monkeypatch.setenv("TMPDIR", str(scratch))
-    monkeypatch.setattr("tempfile.tempdir", None)
-    path = write(engine="fmpy", parameters={"command.step": {"values": [1.0, 2.0]}})
-    assert {r["status"] for r in hy.study(path, tmp_path / "out", workers=1).rows} == {"ok"}
-    assert list(scratch.iterdir()) == []
 
 
 def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ good number from a poor one. `chosen_numbers.toml` has them all: a change there 
 import ast
 import re
 import tomllib
+from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 import hystfmu
+from hystfmu.identify.catalogue import Candidate, Option
 
 WRITTEN = tomllib.loads(Path(__file__).with_name("chosen_numbers.toml").read_text())
 LONG = 30  # a longer list is written by its ends and length
@@ -33,6 +35,8 @@ def plain(value: Any) -> Any:
     match value:
         case bool() | int() | str():
             return value
+        case None:
+            return "none"
         case float():
             return float(f"{value:.12g}")  # the last digits of a computed one depend on the platform
         case np.ndarray() | tuple() | list():
@@ -43,6 +47,8 @@ def plain(value: Any) -> Any:
         case dict():
             table = {str(k): plain(v) for k, v in value.items()}
             return None if None in table.values() else table
+    if is_dataclass(value) and not isinstance(value, Option | Candidate):  # kinds.toml has those
+        return plain([getattr(value, f.name) for f in fields(value)])
     return None
 
 
