@@ -157,6 +157,7 @@ def test_workers_end_with_the_pool(write: Any) -> None:
     study = Study(write())
     with Pool([build(c) for c in study.cases], Run("native", seconds=10.0), 2) as pool:
         assert list(pool.run([], 5)) == []
+        assert {w.process.daemon for w in pool._workers} == {True}  # a parent that fails does not wait for them
 
 
 # ---- again -----------------------------------------------------------------------------------------------------------
