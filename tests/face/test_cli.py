@@ -88,6 +88,7 @@ def test_fit_as_json(fitted):
     assert result["rms_percent"] < 1
 
 
+@pytest.mark.some(0.5)
 def test_predict_export_validate_inverse(fitted, tmp_path, monkeypatch):
     monkeypatch.setitem(
         sys.modules, "fmu_manipulation_toolbox", None
@@ -272,6 +273,7 @@ def test_no_line_of_a_help_is_longer_than_a_terminal():
         assert max(map(len, hystfmu(*c.split(), "--help").stdout.splitlines())) <= 80, c
 
 
+@pytest.mark.some(0.5)
 def test_a_shell_completes_commands_options_and_files():
     def completed(*words):
         more = {"_HYSTFMU_COMPLETE": "bash_complete", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
@@ -321,6 +323,7 @@ def test_version():
     assert "0.2.0" in process("--version").stdout
 
 
+@pytest.mark.some(0.5)
 def test_a_bare_block_is_exported(tmp_path):
     """A block with given sizes and values; the FMU holds them."""
 
