@@ -255,16 +255,13 @@ def test_blocks_lists_and_explains():
     one_line(hystfmu("blocks", "none"), ["none", "pid"])
 
 
-def test_every_command_explains_itself_with_an_example():
-    commands = ["blocks", "fit", "predict", "inverse", "export", "validate", "run", "reproduce", "demo"]
+def test_every_command_is_in_the_overview():
     overview = hystfmu("--help").stdout
     assert "..." not in overview.split("Begin:")[1], "a summary is cut off"
     assert [line for line in overview.splitlines() if line.endswith(":")][1:] == [
         f"{group}:" for group in ("Begin", "Identify", "Export", "Simulate", "Design", "Check")
     ]
-    for c in commands:
-        assert c in overview
-        assert "Example: hystfmu " in hystfmu(c, "--help").stdout
+    assert all(c in overview for c in main.commands)
 
 
 def test_no_line_of_a_help_is_longer_than_a_terminal():
