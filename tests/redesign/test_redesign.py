@@ -13,7 +13,7 @@ from click.testing import Result
 from own_loop import F_N, KI, LATE, SLOPES, H, N, command, held_mode, loop
 
 import hystfmu as hy
-from hystfmu.cli.signature import structures as named
+from hystfmu.cli.options import structures as named
 from hystfmu.design import structures
 
 

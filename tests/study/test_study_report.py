@@ -85,7 +85,7 @@ def test_dots_over_the_three_strongest(limit: float | None) -> None:
 
 
 def test_dots_without_effects_or_without_change() -> None:
-    x = np.column_stack([np.arange(4.0), np.ones(4)])
+    x = np.column_stack([np.arange(4.0) / 4, np.ones(4)])
     plots = figures.scatter("m", "m", ["p", "q"], x, np.array([1.0, 2, 1, 2]), found(0.0, 0.0), 0, 9.0)
     assert [p.x_label for p in plots] == ["p"]
     assert [line.name for line in plots[0].lines] == ["within the limit", "limit"]
@@ -229,7 +229,7 @@ def test_the_section_of_a_case_has_its_plots_and_tables(tmp_path: Path) -> None:
     rows = [row(k, 0.0, p=float(k % 8), q=float(k // 8)) for k in range(64)]
     for r in rows:
         p, q = r["values"].values()
-        r["metrics"] = {"free": q, "m": p, "n_db": p + q / 2, "still": 1.0} | {f"x{k}": p + k for k in range(25)}
+        r["metrics"] = {"free": q / 10, "m": p, "n_db": p + q / 2, "still": 1.0} | {f"x{k}": p + k for k in range(25)}
     lost = row(64, 0.0, status="timeout", p=1.0, q=2.0)
     of, worst = study({"a": {"m": 7.0, "n_db": 3.0}}), [lost, rows[5]]
     made = report.StudyCase(of, LABELS, case(), rows, worst)

@@ -8,8 +8,6 @@ Landlock: https://docs.kernel.org/userspace-api/landlock.html. Filters: linux/fi
 imports only the standard library, because it runs before anything else is loaded.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import os
 import platform
@@ -243,7 +241,7 @@ class Box:
     read: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, folder: str | os.PathLike[str], *read: str | os.PathLike[str]) -> Box:
+    def of(cls, folder: str | os.PathLike[str], *read: str | os.PathLike[str]) -> "Box":
         """Return a box with the given paths, in which code may also read the files of this Python installation."""
         python = [sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.realpath(sys.executable), *_packages()]
         libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)

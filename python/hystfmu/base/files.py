@@ -5,8 +5,6 @@ replace all files. Writing the same content again is always allowed. In Python, 
 replace an existing file.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import secrets
@@ -374,7 +372,7 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
         raise InputError(_faults(e, kind, path)) from None
 
 
-def _faults(e: pydantic.ValidationError, kind: type[M], path: str | Path | Callable[[Key], Path]) -> str:
+def _faults(e: "pydantic.ValidationError", kind: type[M], path: str | Path | Callable[[Key], Path]) -> str:
     """Return all errors of a validation as one line with file, key, rule and value; unknown keys come first."""
     errors = sorted(e.errors(include_url=False), key=lambda error: error["type"] != "extra_forbidden")
     lacking = {error["loc"] for error in errors if error["type"] == "missing"}

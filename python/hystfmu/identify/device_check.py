@@ -15,18 +15,14 @@ smallest remaining error or `AS_GOOD` times the stated error of the model. The c
 the others, so it also reduces the error that the model already had on its own record.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, InputError, Mask
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import thresholds, with_plays
-from hystfmu.model import Model, run_along
-from hystfmu.model.accuracy import rms
+from hystfmu.model import Model, rms, run_along
 from hystfmu.model.coverage import KEY, span_of
 
 FACTOR = 2.0  # ratio of the new error to the error of the fit above which the device counts as drifted
@@ -155,7 +151,7 @@ def _moved(parts: tuple[Part, ...], stated: float) -> str:
     return next(p.name for p in parts if p.left <= AS_GOOD * least)
 
 
-def _parts(data: Dataset, y: Array, counted: NDArray[np.bool_]) -> tuple[Part, ...]:
+def _parts(data: Dataset, y: Array, counted: Mask) -> tuple[Part, ...]:
     """Fit each correction separately by least squares on the rows `counted`, whose input is in the trained range."""
     rows = np.flatnonzero(counted)
     rows = rows[(rows >= MOST_LAG) & (rows < len(y) - MOST_LAG)]

@@ -20,8 +20,6 @@ dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the address of the schedu
 of HystFMU.
 """
 
-from __future__ import annotations
-
 import gc
 import json
 import multiprocessing as mp
@@ -234,7 +232,7 @@ class Pool:
         self._unborn = 0  # number of successive workers that died before they were ready
         self._died: set[int] = set()  # indices of tasks that killed a worker once
 
-    def __enter__(self) -> Pool:
+    def __enter__(self) -> "Pool":
         """Start the workers during the preparation of the study, because their imports take time."""
         if not _forked(*self._of_worker):
             self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
@@ -333,7 +331,7 @@ class DaskPool:
         self._systems = self._client.scatter([systems], broadcast=True)[0]
         self._held: dict[Any, list[Task]] = {}  # running tasks by future
 
-    def __enter__(self) -> DaskPool:
+    def __enter__(self) -> "DaskPool":
         return self
 
     def __exit__(self, *exception: object) -> None:
