@@ -51,13 +51,13 @@ static void shut(container *c) {
   c->text = NULL;
 }
 
-/* reads the file and makes instances of all units */
-static int open_system(container *c, const char *token) {
+/* reads the file and makes instances of all units; true after a message */
+static bool open_system(container *c, const char *token) {
   char why[1024];
   size_t length = 0;
   char *path = fmi_resource(c->location, "system.txt", why, sizeof why), *root = NULL;
   unsigned char *file = path ? fmi_read_file(path, &length, why, sizeof why) : NULL;
-  int bad = !file || !(c->text = malloc(length + 1));
+  bool bad = !file || !(c->text = malloc(length + 1));
   if (!bad) {
     memcpy(c->text, file, length);
     c->text[length] = 0;
