@@ -20,10 +20,7 @@ TABLES = {
     "fmu_build/core/blocks/": tuple(
         f"tests/contract/test_{n}.py" for n in ("block_table", "generated", "limits_that_meet")
     ),
-    "python/hystfmu/identify/": tuple(
-        f"{CHOICE}/test_{n}.py" for n in ("option_tables", "results_are_frozen", "chosen_numbers")
-    ),
-    **{f"python/hystfmu/{room}/": (f"{CHOICE}/test_chosen_numbers.py",) for room in ("inverse", "design", "start")},
+    "python/hystfmu/identify/": (f"{CHOICE}/test_option_tables.py", f"{CHOICE}/test_results_are_frozen.py"),
     "python/hystfmu/studies/": (f"{CHOICE}/test_results_are_frozen.py", "tests/study/test_study_spec.py"),
 }
 _CONFINED = tuple(f"tests/base/test_{n}.py" for n in ("child", "confined", "escapes", "kernel_numbers"))
