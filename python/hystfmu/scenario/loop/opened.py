@@ -97,7 +97,7 @@ class OpenedLoop:
         """Return whether the loop is stable with an additional gain at the opened signal."""
         if self.broken is None:
             return self.stable(gain * slope, delay)
-        return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
+        return self._closed_break(gain).stable(slope, delay)
 
     def _closed_break(self, gain: float) -> "OpenedLoop":
         """Return the loop closed through a gain at the opened signal, and opened at the input of the plant."""
