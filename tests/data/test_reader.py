@@ -94,6 +94,15 @@ def with_step_of_a_group(file):
         item.attrs["units"] = unit
 
 
+def with_two_rates(file):
+    """Two groups whose channels have other time steps, as those of two tasks of one instrument."""
+    for group, step in (("fast", 1e-4), ("slow", 5e-4)):
+        for name, column, unit in (("u", U, "V"), ("y", Y, "um")):
+            item = file.create_dataset(f"{group}/{name}", data=column)
+            item.attrs["units"] = unit
+            item.attrs["dt"] = step
+
+
 def as_matlab_7_3(file):
     for name, column in (("time_ms", T * 1e3), ("u", U), ("y", Y)):
         file.create_dataset(name, data=column[None])
@@ -176,6 +185,7 @@ VARIANTS = {
     "HDF5 with units": ("a.h5", lambda: hdf5(in_group), {}),
     "HDF5 with the rate of a group": ("a.h5", lambda: hdf5(with_step_of_a_group), {}),
     "MAT 7.3": ("a.mat", mat_7_3, {}),
+    "HDF5 with two rates": ("a.h5", lambda: hdf5(with_two_rates), {"input": "slow/u", "output": "slow/y"}),
 }  # fmt: skip
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
 
@@ -324,6 +334,15 @@ REFUSED = {
     "a MAT file of text": (mat(run="now"), {}, ["'run' of class char", "as variables"]),
     "gzip that breaks off": (gzip.compress(text(GERMAN, lines()))[:60], {}, ["whole gzip archive"]),
     "gzip that unpacks to more": (gzip.compress(bytes(10**6)), {"most": 10**5}, ["at most 100000 bytes when unpacked"]),
+    "columns of different time steps": (
+        lambda: hdf5(with_two_rates), {"input": "fast/u", "output": "slow/y"},
+        ["equal time steps", "'fast/u' (0.0001 s), 'slow/y' (0.0005 s)"],
+    ),
+    "a MAT file of complex numbers": (mat(t=T, u=U, y=Y * (1 + 1j)), {}, ["'y'", "real numbers", "complex128"]),
+    "an overload of an instrument": (
+        text(["t;u;y"], [f"{k};1;{'9.9E+37' if k == 4 else k}" for k in range(9)]), {},
+        ["line 6", "'y'", "finite", "9.9e+37 instead, which instruments write for an overload"],
+    ),
     "columns of different lengths": (
         mat(t=T, u=U, y=Y[:-1]), {}, ["equal lengths. Got u (40), y (39), t (40) instead"],
     ),
@@ -334,7 +353,7 @@ REFUSED = {
 def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
     content, options, words = REFUSED[name]
     path = tmp_path / "a.csv"
-    path.write_bytes(content)
+    path.write_bytes(content() if callable(content) else content)
     with pytest.raises(InputError) as e:
         read(path, **options)
     message = str(e.value)
