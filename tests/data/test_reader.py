@@ -323,6 +323,9 @@ REFUSED = {
     "two decimal signs": (
         text(["t;u;y"], [f"{k};{'1.5' if k == 4 else '2,5'};{k}" for k in range(9)]), {}, ["decimal sign", "--decimal"],
     ),
+    "an output in an unknown form": (
+        text(["t;u [V];Weg [nm]"], [f"{k};1;1 20{k},5" for k in range(9)]), {}, ["line 2", "'Weg'", "'1 200,5'"],
+    ),
     "a quote without end": (text(["t;u;y"], [f'{k};"1;{k}' for k in range(9)]), {}, ["line 2", "quoted cell must end"]),
     "names that do not fit": (
         text(["t;u"], [f"{k};1;{k}" for k in range(9)]), {}, ["line 2", "2 cells, as line 1", "Got 3"],
