@@ -113,6 +113,7 @@ VARIANTS = {
     "plain": ("a.csv", text(["t,u [V],y [um]"], lines(",", factor=1.0)), {}),
     "byte order mark, CRLF": ("a.csv", text(["t [s],u [V],y [um]"], lines(",", factor=1.0), "utf-8-sig", "\r\n"), {}),
     "line ends of an old Mac": ("a.csv", text(["t,u [V],y [um]"], lines(",", factor=1.0), newline="\r"), {}),
+    "full-width brackets": ("a.csv", text(["時間（ms）,電圧［V］,変位（µm）"], lines(",")), {}),
     "German Excel": ("a.csv", text(GERMAN, lines(comma=True), "cp1252", "\r\n"), {}),
     "German Excel, named": (
         "a.csv",

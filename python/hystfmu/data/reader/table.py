@@ -47,6 +47,7 @@ _WORDS = {  # other spellings, in lower case
     "hertz": "Hz",
 }
 _BRACKETS = re.compile(r"(.*?)[\s,_]*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
+_WIDE = str.maketrans("\uff08\uff09\uff3b\uff3d", "()[]")  # full-width brackets of East Asian keyboards
 _BEHIND = re.compile(r"(.*?\S)(\s*/\s*|\s+in\s+|\s*,\s*|_|\s+)([^\s/,_]+)")
 STEPS_AGREE = 1e-6  # permitted relative difference between the time steps of the columns of one record
 _TIMES = ("t", "time", "zeit")  # names that may precede a unit of one letter, as in t_s
@@ -75,6 +76,7 @@ def split_name(label: str) -> tuple[str, str]:
     a unit of measure only if it is known. Text after an underscore or a blank is a unit of measure if it is known and
     cannot be an index, as in ``u_min``, ``y_m`` or ``Channel A``.
     """
+    label = label.translate(_WIDE)
     if m := _BRACKETS.fullmatch(label):
         unit = m[2] if m[2] is not None else m[3]
         if m[2] is not None or spelling(unit) in KNOWN:
