@@ -54,7 +54,7 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
         ("step", "fast", ["step", "fast"]),
         ("step", KeyError, ["step", "required"]),
         ("stop", 0.03005, ["stop", "multiple of the step"]),
-        ("stop", 1e9, ["stop", "at most"]),
+        ("stop", 1e9, ["stop", "at most", "got 1e+13"]),
         ("ripple", 0, ["ripple", "greater than or equal to 1"]),
         ("speed", 3, ["speed", "There is no such key"]),
         ("order", ["plant", "pid"], ["order", "missing: ['reference']"]),
@@ -71,6 +71,24 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
         ("units/pid/block", "pidd", ["The type of a block must be one", "Got 'pidd' instead"]),
         ("units/pid/values", {"Kq": 1.0}, ["A parameter of pid must be one of", "Got 'Kq' instead"]),
         ("units/pid/values", {"tau": -1.0}, ["tau", "Got -1"]),
+        ("units/pid/values", {"Kp": "a"}, ["units.pid: The 'Kp' parameter"]),
+        (
+            "units/pid/values",
+            {"Kp": {"a": 1}},
+            [
+                "units.pid.values.Kp: The value must be a valid boolean or integer or number or string or list. Got {'a': 1}"
+            ],
+        ),
+        (
+            "units/plant",
+            {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2, 0.1]}},
+            ["units.plant: ", "the thresholds r must not decrease"],
+        ),
+        (
+            "units/plant",
+            {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2]}},
+            ["units.plant: ", "'r' parameter of prandtl_ishlinskii must have 2 values. Got 1 instead"],
+        ),
         ("units/pid/set", {"Kq": 1.0}, ["no parameter 'Kq'"]),
         ("units/pid/set", {"Kp": "*x"}, ["'*' must be followed by a number", "'*x'"]),
         ("units/pid/model", "a.model.toml", ["exactly one of model, block, graph, inverse_of"]),
