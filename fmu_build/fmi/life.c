@@ -203,8 +203,8 @@ static fmi_status advance(instance *i, double t, double h, double length) {
 /* After an overflow the memory is not finite either.  Its copy before every step would cost more than most steps. */
 static fmi_status refuse_overflow(const instance *i, const hyst_port *p, double value) {
   char t[32];
-  return fmi_refuse(i, "'%s' is %s at t = %s s: restore a saved state, or reset the unit.", p->name,
-                    value != value ? "NaN" : "infinite", hyst_number(t, sizeof t, i->run.t));
+  return fmi_refuse(i, "'%s' is %s at t = %s s.", p->name, value != value ? "NaN" : "infinite",
+                    hyst_number(t, sizeof t, i->run.t));
 }
 
 static fmi_status examine_step(const instance *i) {

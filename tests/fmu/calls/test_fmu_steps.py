@@ -187,7 +187,7 @@ def test_an_overflow_is_an_error(make: Make) -> None:
         assert each.set("w0", 1e10) == OK
         assert each.set("u", 1e300) == OK
     assert m.step(H) == ERROR
-    assert m.messages.pop()[2].startswith(f"'y' is infinite at t = {2 * H:g} s: restore a saved state")
+    assert m.messages.pop()[2].startswith(f"'y' is infinite at t = {2 * H:g} s.")
     assert late.enter() == OK
     for each in (m, late):
         assert each._access("Get", "y", None)[0] == DISCARD
