@@ -10,14 +10,16 @@ export PIP_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/pip
 export XDG_CACHE_HOME := $(CURDIR)/build/cache
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 PIP := $(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt
-# pip compiles ten thousand modules in one process; some packages have files for other versions of Python
-COMPILE := $(BIN)/python -m compileall -qq -j 0 .venv/lib || true
+# pip compiles ten thousand modules in one process; some packages have files for other versions of Python; left out is
+# more than half of the text, which is compiled where it is imported at last
+RARE := /(tests?|testing|sympy|networkx|sqlalchemy|mypyc?|ziglang|pip|setuptools|lexers|async_api|_inductor|_dynamo|onnx|fontTools|gui)/
+COMPILE := $(BIN)/python -m compileall -qq -j 0 -x '$(RARE)' .venv/lib || true
 # without --no-build-isolation pip would build in a fresh environment; `make` compiles the core itself, below
 EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --config-settings editable.mode=inplace --editable
 PYTEST := $(BIN)/python -m pytest -q
 SPREAD := -n $(WORKERS) --dist worksteal
 
-.PHONY: demo test contract stress mutants dev core check lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean
+.PHONY: demo test contract stress mutants dev core check check-types check-files lines generate core-page modelica modelica-strict openmodelica platforms bench choice devices intervals docs wheel release use lower importers papers clean
 
 demo: build/installed core
 	$(BIN)/hystfmu demo -o demo
@@ -54,12 +56,16 @@ core: build/dev/build.ninja
 lines: build/tools
 	@$(BIN)/python tests/lines.py $(ROOT)
 
-# formatting, lint, types, stale generated files
-check: dev
+# formatting, lint, types, stale generated files; `make -j 2 check` uses two processes
+check: check-types check-files
+
+check-types: dev
+	$(BIN)/mypy --cache-dir build/mypy
+
+check-files: dev
 	$(BIN)/ruff format --check fmu_build python tests scenarios modelica
 	$(BIN)/ruff check fmu_build python tests scenarios modelica
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
-	$(BIN)/mypy --cache-dir build/mypy
 	$(BIN)/python tests/generated.py
 	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt --check
 

@@ -23,7 +23,7 @@ typedef struct {
   fmi2CallbackLogger logger;
   fmi2ComponentEnvironment environment;
   system_file system;
-  int phase, log;
+  int phase;
   double clock; /* of the importer: the present time with the rounding of its additions */
   double stop;  /* no step ends after it */
 } container;
@@ -51,13 +51,13 @@ static void shut(container *c) {
   c->text = NULL;
 }
 
-/* reads the file and makes instances of all units */
-static int open_system(container *c, const char *token) {
+/* reads the file and makes instances of all units; true after a message */
+static bool open_system(container *c, const char *token) {
   char why[1024];
   size_t length = 0;
   char *path = fmi_resource(c->location, "system.txt", why, sizeof why), *root = NULL;
   unsigned char *file = path ? fmi_read_file(path, &length, why, sizeof why) : NULL;
-  int bad = !file || !(c->text = malloc(length + 1));
+  bool bad = !file || !(c->text = malloc(length + 1));
   if (!bad) {
     memcpy(c->text, file, length);
     c->text[length] = 0;
@@ -93,10 +93,10 @@ void fmi2FreeInstance(fmi2Component component) {
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on) {
-  (void)visible;
+  (void)visible, (void)logging_on;
   container *c = calloc(1, sizeof *c);
   if (!c) return NULL;
-  c->name = copied(name), c->location = copied(location), c->log = logging_on, c->stop = NO_STOP;
+  c->name = copied(name), c->location = copied(location), c->stop = NO_STOP;
   if (functions) c->logger = functions->logger, c->environment = functions->componentEnvironment;
   const int good = c->name && c->location && (type == fmi2CoSimulation || (refuse(c, "has no Model Exchange"), 0)) &&
                    !open_system(c, guid);
@@ -112,8 +112,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 
 fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t n, const fmi2String categories[]) {
   ALLOW(SetDebugLogging, 15)
-  (void)n, (void)categories;
-  c->log = on;
+  (void)on, (void)n, (void)categories; /* errors are its only messages, and always sent */
   return fmi2OK;
 }
 

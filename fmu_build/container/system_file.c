@@ -7,7 +7,7 @@
 
 typedef struct {
   char *at;
-  int bad; /* nothing more is read */
+  bool bad; /* nothing more is read */
 } reader;
 
 static char *word(reader *r) {
@@ -148,7 +148,7 @@ static void read_unit(reader *r, const system_file *s, unit *u) {
   if (m->first + m->n_out > s->m.n_values) r->bad = 1;
 }
 
-int system_read(char *text, system_file *s, char *why, size_t size) {
+bool system_read(char *text, system_file *s, char *why, size_t size) {
   reader r = {text, 0};
   memset(s, 0, sizeof *s);
   expect(&r, "hystfmu-system");

@@ -28,7 +28,7 @@ typedef struct {
   unit *units;
 } system_file;
 
-/* `text` ends with 0 and is written to.  0, or 1 with what is wrong; system_free() in both cases. */
-int system_read(char *text, system_file *s, char *why, size_t size);
+/* `text` ends with 0 and is written to.  true with what is wrong; system_free() in both cases. */
+bool system_read(char *text, system_file *s, char *why, size_t size);
 void system_free(system_file *s);
 #endif

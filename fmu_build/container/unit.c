@@ -26,7 +26,7 @@ static void log_fmi3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String categor
   snprintf(((unit *)e)->said, UNIT_TEXT, "%s", text);
 }
 
-static int refuse(const unit *u, char *why, size_t size, const char *what) {
+static bool refuse(const unit *u, char *why, size_t size, const char *what) {
   snprintf(why, size, "unit '%s': %s%s%s", u->name, what, u->said[0] ? ": " : "", u->said);
   for (char *c = why; *c; c++)
     if (*c == '\n' || *c == '\r') *c = ' ';
@@ -60,7 +60,7 @@ static void (*accessor(const unit *u, const char *verb, const value_type *t))(vo
 
 #define CALL(TYPE, name) ((TYPE *)function(u, #name))
 
-static int make(unit *u, const char *root) {
+static bool make(unit *u, const char *root) {
   const int two = u->fmi == 2;
   char *place = joined(root, u->resources, two);
   if (!place) return 1;
@@ -85,13 +85,13 @@ static int make(unit *u, const char *root) {
 typedef int (*access2)(void *, const uint32_t *, size_t, void *);
 typedef int (*access3)(void *, const uint32_t *, size_t, void *, size_t);
 
-static int transfer(const unit *u, void (*call)(void), const uint32_t *references, int64_t n_references, void *values,
-                    int64_t n) {
+static bool transfer(const unit *u, void (*call)(void), const uint32_t *references, int64_t n_references, void *values,
+                     int64_t n) {
   if (u->fmi == 2) return BAD(((access2)call)(u->component, references, (size_t)n_references, values));
   return BAD(((access3)call)(u->component, references, (size_t)n_references, values, (size_t)n));
 }
 
-static int tell(const unit *u, const told *list, int64_t n) {
+static bool tell(const unit *u, const told *list, int64_t n) {
   for (int64_t k = 0; k < n; k++) {
     void (*call)(void) = accessor(u, "Set", list[k].type);
     if (!call || transfer(u, call, &list[k].reference, 1, list[k].values, list[k].n)) return 1;
@@ -143,12 +143,13 @@ static int make_step(void *self, double t, double h, int forward) {
   return 0;
 }
 
-/* 0 if the library has all that is called */
-static int look_up(unit *u) {
+/* whether the library lacks a function that is called */
+static bool look_up(unit *u) {
   static const char *const NEEDED[] = {"EnterInitializationMode", "ExitInitializationMode", "Terminate",
                                        "FreeInstance"};
   const int two = u->fmi == 2;
-  int lacks = !function(u, two ? "Instantiate" : "InstantiateCoSimulation") || (two && !function(u, "SetupExperiment"));
+  bool lacks =
+      !function(u, two ? "Instantiate" : "InstantiateCoSimulation") || (two && !function(u, "SetupExperiment"));
   for (size_t k = 0; k < sizeof NEEDED / sizeof *NEEDED; k++) lacks |= !function(u, NEEDED[k]);
   if (u->n_structural) lacks |= !function(u, "EnterConfigurationMode") || !function(u, "ExitConfigurationMode");
   for (int64_t k = 0; k < u->n_sets; k++) lacks |= !(u->sets[k].call = accessor(u, "Set", u->sets[k].type));
@@ -156,19 +157,18 @@ static int look_up(unit *u) {
   return lacks | !(u->step = function(u, "DoStep"));
 }
 
-static int configure(const unit *u) {
+static bool configure(const unit *u) {
   if (!u->n_structural) return 0;
   return BAD(CALL(fmi3EnterConfigurationModeTYPE, EnterConfigurationMode)(u->component)) ||
          tell(u, u->structural, u->n_structural) ||
          BAD(CALL(fmi3ExitConfigurationModeTYPE, ExitConfigurationMode)(u->component));
 }
 
-int unit_open(unit *u, const char *root, char *why, size_t size) {
+bool unit_open(unit *u, const char *root, char *why, size_t size) {
   char *path = joined(root, u->library, 0);
   u->loaded = path ? library_open(path, u->said, UNIT_TEXT) : NULL;
   free(path);
   if (!u->loaded) return refuse(u, why, size, "its library cannot be loaded");
-  u->said[0] = 0;
   if (look_up(u)) return refuse(u, why, size, "its library lacks functions of the standard");
   if (make(u, root)) return refuse(u, why, size, "cannot be instantiated");
   u->master->self = u;
@@ -179,9 +179,9 @@ int unit_open(unit *u, const char *root, char *why, size_t size) {
   return 0;
 }
 
-int unit_start(unit *u, double *values, char *why, size_t size) {
+bool unit_start(unit *u, double *values, char *why, size_t size) {
   master_unit *m = u->master;
-  int bad;
+  bool bad;
   if (u->fmi == 2)
     bad = BAD(CALL(fmi2SetupExperimentTYPE, SetupExperiment)(u->component, 0, 0, 0, 0, 0)) ||
           BAD(CALL(fmi2EnterInitializationModeTYPE, EnterInitializationMode)(u->component));
@@ -195,7 +195,7 @@ int unit_start(unit *u, double *values, char *why, size_t size) {
   return bad ? refuse(u, why, size, "refuses the initialisation") : 0;
 }
 
-int unit_end(unit *u) {
+bool unit_end(unit *u) {
   u->said[0] = 0;
   if (u->fmi == 2) return BAD(CALL(fmi2TerminateTYPE, Terminate)(u->component));
   return BAD(CALL(fmi3TerminateTYPE, Terminate)(u->component));

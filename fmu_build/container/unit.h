@@ -38,10 +38,10 @@ typedef struct {
   char said[UNIT_TEXT]; /* the last message of the FMU, or about it */
 } unit;
 
-/* Loads the library, makes an instance and sets its parameters; `root` ends with '/'.  0, or 1 with the reason. */
-int unit_open(unit *u, const char *root, char *why, size_t size);
+/* Loads the library, makes an instance and sets its parameters; `root` ends with '/'.  true with the reason: failed. */
+bool unit_open(unit *u, const char *root, char *why, size_t size);
 /* Initialises it at t = 0 with the present values, and writes its outputs. */
-int unit_start(unit *u, double *values, char *why, size_t size);
-int unit_end(unit *u); /* tells it that the run is over; 1 if it refuses */
+bool unit_start(unit *u, double *values, char *why, size_t size);
+bool unit_end(unit *u); /* tells it that the run is over; true if it refuses */
 void unit_close(unit *u);
 #endif

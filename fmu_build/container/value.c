@@ -28,14 +28,14 @@ const value_type *value_type_of(char letter, int fmi) {
   return NULL;
 }
 
-static int is_signed(const value_type *t) { return t->letter >= 'a'; }
+static bool is_signed(const value_type *t) { return t->letter >= 'a'; }
 /* whole numbers lie below it; an enumeration has 32 bits, as in `carried.py` */
 static double above(const value_type *t) {
   double limit = 1;
   for (size_t k = is_signed(t); k < (t->letter == 'e' ? 32 : 8 * t->size); k++) limit *= 2;
   return limit;
 }
-static int fits(const value_type *t, double x) { return x >= (is_signed(t) ? -above(t) : 0) && x < above(t); }
+static bool fits(const value_type *t, double x) { return x >= (is_signed(t) ? -above(t) : 0) && x < above(t); }
 
 /* to the nearest whole number, halves to the even one, without libm */
 static double rounded(double x) {
@@ -57,7 +57,7 @@ static void store(const value_type *t, uint64_t bits, void *to) {
   }
 }
 
-int value_from_double(const value_type *t, double x, void *to) {
+bool value_from_double(const value_type *t, double x, void *to) {
   switch (t->letter) {
     case 'd': *(double *)to = x; return 0;
     case 'f': *(float *)to = (float)x; return 0;
@@ -94,7 +94,7 @@ double value_to_double(const value_type *t, const void *from) {
   }
 }
 
-int value_from_text(const value_type *t, const char *word, void *to) {
+bool value_from_text(const value_type *t, const char *word, void *to) {
   char *end;
   errno = 0;
   if (t->letter == 'd' || t->letter == 'f') {

@@ -4,6 +4,7 @@
  * (i is also Integer and Enumeration of FMI 2.0), e Enumeration of FMI 3.0, ? Boolean, s String. */
 #ifndef HYST_CONTAINER_VALUE_H
 #define HYST_CONTAINER_VALUE_H
+#include <stdbool.h>
 #include <stddef.h>
 
 typedef struct {
@@ -14,11 +15,11 @@ typedef struct {
 
 /* NULL if this version of FMI has no such type */
 const value_type *value_type_of(char letter, int fmi);
-/* The rules of `carried.py`: whole numbers are rounded to the nearest, a boolean is true from one half on.  1 if x does
- * not fit. */
-int value_from_double(const value_type *t, double x, void *to);
+/* The rules of `carried.py`: whole numbers are rounded to the nearest, a boolean is true from one half on.  true if x
+ * does not fit. */
+bool value_from_double(const value_type *t, double x, void *to);
 double value_to_double(const value_type *t, const void *from);
-/* a number from its decimal digits or, of a real number, from the 16 hexadecimal digits of the bits of a double; 1 if
- * it is none */
-int value_from_text(const value_type *t, const char *word, void *to);
+/* a number from its decimal digits or, of a real number, from the 16 hexadecimal digits of the bits of a double; true
+ * if it is none */
+bool value_from_text(const value_type *t, const char *word, void *to);
 #endif

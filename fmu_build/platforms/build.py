@@ -13,8 +13,6 @@ importers use, is compiled for size as a whole. For each binary, a compressed co
 exports use. It is smaller than a fast compression, and its slow computation is not part of an export.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import struct
 import subprocess

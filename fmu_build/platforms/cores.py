@@ -8,8 +8,6 @@ of build.py. There are no libraries for 32-bit Windows, because numpy and scipy 
 only the container of its own platform, because `hystfmu ssp` uses no other one.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from pathlib import Path

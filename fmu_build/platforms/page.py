@@ -11,8 +11,6 @@ The module has no imports. It is compiled like the other binaries, so its result
 texts, because it must be small.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import re

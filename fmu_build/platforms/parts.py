@@ -1,7 +1,5 @@
 """List of parts of a release in the format CycloneDX 1.6: compiled files, their contents, and required packages."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.metadata
 import json

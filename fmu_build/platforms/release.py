@@ -9,8 +9,6 @@ DIST and in each wheel (PEP 770). Equal sources give bit-identical files, becaus
 SOURCE_DATE_EPOCH, by default the time of the last commit.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

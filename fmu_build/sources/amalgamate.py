@@ -14,8 +14,6 @@ translation unit:
 - names shared by files are prefixed with HYST_PREFIX, so that two FMUs can be linked into one program.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

@@ -5,8 +5,6 @@
 What follows from the code is written into the build folder only; nothing of it is committed.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -3,8 +3,6 @@
 It is computed here; `make generate` writes it, for the README is read where nothing is built.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of the site as SVG, computed from the blocks themselves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -12,8 +12,6 @@ Network inverses are trained on the response of the identified model to random r
 exchanged.  Bits of trained weights depend on the libraries of linear algebra; errors in the scenarios do not.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -13,8 +13,6 @@ Every record goes through a CSV file, as a measurement would: an inverse names t
 `hystfmu fit record.csv --input y --output u` does.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from pathlib import Path

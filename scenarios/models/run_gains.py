@@ -5,8 +5,6 @@
 The values go into the scenario by hand, after a look; `--settings` prints them and what a design makes of them.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import tomllib

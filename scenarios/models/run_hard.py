@@ -8,8 +8,6 @@ are simulated and linearised, its corners simulated, and the range is drawn in u
 here and in the file `stable.study.toml` of the loop, are these ranges shrunk by a tenth.
 """
 
-from __future__ import annotations
-
 import itertools
 import sys
 import tempfile

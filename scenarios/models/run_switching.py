@@ -7,8 +7,6 @@ the switching term, a PD or PID, in the worst corner.  Then gains are drawn whos
 loops/gains.toml; a share of its s is switched, in a layer of any width, without and with a disturbance observer.
 """
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from collections.abc import Mapping

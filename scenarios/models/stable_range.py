@@ -6,8 +6,6 @@ itself fills with the extreme weights and thresholds.  Instability is sought at 
 and in random draws.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

@@ -22,8 +22,7 @@ from hystfmu.base import Array, InputError, extras
 from hystfmu.data import Dataset, signals, synthetic
 from hystfmu.data.synthetic import DECIMATE_MULTISINE, DECIMATE_SWEEP, RATE, UPSAMPLING, benchmark_multisine, decimate
 from hystfmu.identify import fit
-from hystfmu.model import accuracy
-from hystfmu.model.accuracy import rms
+from hystfmu.model import accuracy, rms
 from papers.table import Report, Row, Stated, report
 
 ROW = Stated(__name__)

@@ -18,7 +18,7 @@ import numpy as np
 from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
 from hystfmu.identify import METHODS, fit
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 from papers.table import Report, Row, Stated, report
 
 ROW = Stated(__name__)

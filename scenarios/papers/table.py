@@ -7,8 +7,6 @@ because the records of the papers are not published. Targets of run times have n
 times depend on the load of the computer.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import sys
@@ -95,7 +93,7 @@ class Row:
     scanned: tuple[int, int] | None = None
 
     @classmethod
-    def over_seeds(cls, quantity: str, printed: float | None, of: Sequence[Sequence[float]], **more: Any) -> Row:
+    def over_seeds(cls, quantity: str, printed: float | None, of: Sequence[Sequence[float]], **more: Any) -> "Row":
         """Return a row whose numbers are medians and ranges over random seeds.
 
         `of` contains two sequences, the results of the literal replica and ours, with one number per seed. Either one

@@ -8,8 +8,6 @@ actuator in `rate_plant`. The loops are simulated at 10 kHz with the plant of th
 loops include the errors between samples.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -181,7 +179,7 @@ class _Loops:
         variation = measure(metrics["variation"], trace) if "variation" in metrics else 1.0
         return measure(metrics["tracking"], trace), variation
 
-    def trace(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> tuple[Trace, Any]:
+    def trace(self, scenario: str, case: str, inverse: Graph | None = None, **changed: float) -> "tuple[Trace, Any]":
         """Simulate a case of a scenario with the arguments of `run`, and return the signals and the metrics."""
         from hystfmu.scenario import Cases, build, simulate
 

@@ -39,6 +39,7 @@ def leave():
     ctypes.CDLL(None).prctl(15, NAME, 0, 0, 0)
     while True: time.sleep(1)
 """
+CHILDS = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 LOOP: dict[str, Any] = {
     "name": "bad",
     "step": 1e-3,
@@ -88,6 +89,7 @@ def scenario(folder: Path, name: str, defect: str) -> Path:
 ONCE = "{ static int n; if (!n++) leave(); }"
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
     engine: Any, tmp_path: Path, name: str
@@ -134,6 +136,7 @@ def child(code: str, name: str, **more: Any) -> Child:
     return Child("-c", PYTHON.replace("NAME", repr(name.encode())) + code, **more)
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV, signal.SIGTERM])
 def test_the_status_is_that_of_the_child(number: int, name: str) -> None:
     made = child(f"leave(); os.kill(os.getpid(), {int(number)})", name)
@@ -159,13 +162,30 @@ def test_generations_of_processes_that_make_others_end(name: str) -> None:
 def test_all_end_with_a_killed_parent(name: str) -> None:
     code = PYTHON.replace("NAME", repr(name.encode())) + "leave(); time.sleep(600)"
     program = f"from hystfmu.base.child import Child; Child('-c', {code!r}).finish(600.0)"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with subprocess.Popen([sys.executable, "-c", program], env=environment) as parent:
+    with subprocess.Popen([sys.executable, "-c", program], env=CHILDS) as parent:
         while not left(name):
             time.sleep(0.01)
         parent.kill()
     while left(name):  # ends only when they do
         time.sleep(0.01)
+
+
+def test_the_child_ends_with_a_killed_supervisor(name: str) -> None:
+    made = Child("-c", f"import ctypes, time; ctypes.CDLL(None).prctl(15, {name.encode()!r}); time.sleep(600)")
+    while not left(name):
+        time.sleep(0.01)
+    os.kill(made._process.pid, signal.SIGKILL)
+    while left(name):  # ends only when it does
+        time.sleep(0.01)
+    assert made.finish(60.0) == ([], True)
+
+
+def test_a_python_that_cannot_be_started_is_named() -> None:
+    code = "import os, sys; sys.executable = '/no python'; sys.argv = ['', str(os.getppid()), 'null']\n"
+    code += "from hystfmu.base.supervisor import main; main()"
+    told = subprocess.run([sys.executable, "-c", code], env=CHILDS, capture_output=True, text=True, check=False)
+    line = "this process cannot run /no python: No such file or directory\n"
+    assert (told.returncode, told.stdout, told.stderr) == (125, line, "")
 
 
 def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
@@ -176,9 +196,8 @@ def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
     lines = ['name = "bad"', 'scenario = "loop"', 'method = "grid"', "[parameters]"]
     study.write_text("\n".join([*lines, '"command.step" = { values = [1.0, 2.0, 3.0] }']))
     program = "import sys; import hystfmu as hy; hy.study(sys.argv[1], sys.argv[2], workers=2)"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     words = [sys.executable, "-c", program, str(study), str(tmp_path / "out")]
-    with subprocess.Popen(words, env=environment) as parent:
+    with subprocess.Popen(words, env=CHILDS) as parent:
         while len(left(name)) < 4:  # two workers and one left by each
             assert parent.poll() is None
             time.sleep(0.01)

@@ -169,7 +169,7 @@ def said(user: User, code: str, confined: bool = True, **variables: str) -> dict
     given = json.dumps([f"{HEAD}{code}\nprint(json.dumps(found))", str(user.folder), confined])
     told = user.python("-c", START, given, **variables)
     assert told.returncode == 0, told.stderr
-    found: dict[str, object] = json.loads(told.stdout.splitlines()[-1])
+    found: dict[str, object] = json.loads(next(x for x in told.stdout.splitlines() if x.startswith("{")))
     return found
 
 

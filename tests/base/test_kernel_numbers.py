@@ -56,8 +56,6 @@ def test_every_other_number_is_that_of_its_name(values):
     names = {
         "PR_CAPBSET_READ": confine._READ_BOUND,
         "PR_CAPBSET_DROP": confine._DROP_BOUND,
-        "PR_CAP_AMBIENT": confine._AMBIENT,
-        "PR_CAP_AMBIENT_CLEAR_ALL": confine._CLEAR,
         "_LINUX_CAPABILITY_VERSION_3": confine._VERSION_3,
         "PR_GET_SECCOMP": confine._GET_SECCOMP,
         "PR_SET_SECCOMP": confine._SET_SECCOMP,
@@ -89,3 +87,9 @@ def test_every_other_number_is_that_of_its_name(values):
     assert list(names.values()) == values(HEADERS, names)
     assert confine._RIGHTS[3] == 2 * confine._TRUNCATE - 1  # newer than the headers of many systems
     assert confine._RIGHTS[5] == 2 * confine._IOCTL - 1
+
+
+def test_every_version_of_landlock_is_asked_for_what_it_knows():
+    files = confine._RIGHTS
+    asked = [[files[1]], [files[2]], [files[3]], [files[3], 3], [files[5], 3], [files[5], 3, 3], [files[5], 3, 3]]
+    assert [confine._attributes(version) for version in range(1, 8)] == asked

@@ -1,7 +1,5 @@
 """Page of the choice benchmark: ratios to the best kind and to the fitted true structure, and what they miss."""
 
-from __future__ import annotations
-
 import textwrap
 from collections import Counter
 

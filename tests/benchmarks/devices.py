@@ -11,8 +11,6 @@ record alone, and its loop then runs on the device.  The table counts verdicts b
 status is 1 where a requirement is missed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

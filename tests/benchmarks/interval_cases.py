@@ -4,8 +4,6 @@ Static plants come from `random_plants`, the others from `foreign`.  Each class 
 less than a second; some of them miss the structure of the device, because an interval must hold for them as well.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -11,8 +11,6 @@ status is 1 where a goal is missed: 90 to 99 % of the rows of signals of the sam
 80 % on nine of ten devices.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

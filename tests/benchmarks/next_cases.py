@@ -1,7 +1,5 @@
 """Devices that began with one sine: the record, what to measure next, and the error of the fit to both."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -13,8 +13,6 @@ falls less than five times, stays above one and a half times what the true struc
 twice the noise of the record, which no fit can tell from the truth.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

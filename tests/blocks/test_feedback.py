@@ -68,6 +68,7 @@ def test_the_layer_follows_the_gains() -> None:
     ("name", "values", "sentence"),
     [
         ("sliding_mode", {**SLIDING, "eta": 0.0}, "epsilon must be greater than 0 if eta is 0"),
+        ("sliding_mode", {"eta": 1e300, "rho": 1e-300}, "epsilon must be greater than 0"),  # the width is below all
         *(("super_twisting", {**TWISTING, k: 0.0}, "if lam, k_1 or k_2 is 0") for k in ("lam", "k_1", "k_2")),
     ],
 )

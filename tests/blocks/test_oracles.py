@@ -85,12 +85,11 @@ def drawn(block: BlockType, values: dict[str, Any], rng: np.random.Generator) ->
 @pytest.mark.parametrize("name", [n for n in BLOCKS if n != "recursive_least_squares"])  # see test_adaptive_inverse.py
 def test_the_core_computes_what_the_oracle_defines(name: str) -> None:
     block, rng = block_types()[name], np.random.default_rng(1)
-    nodes = some(block)
-    nodes += [perturbed(n, {v.name for v in block.parameters if v.type == "real"}) for n in nodes]
-    nodes += [drawn(block, values, rng) for values in MORE.get(name, ())]
-    compared = 0
-    for n in nodes:
-        for h in (block.rule_step, *STEPS[1:]) if block.rule_step else STEPS:
+    steps = (block.rule_step, *STEPS[1:]) if block.rule_step else STEPS
+    nodes = [*some(block), *(drawn(block, values, rng) for values in MORE.get(name, ()))]
+    real, compared = {v.name for v in block.parameters if v.type == "real"}, 0
+    for n, some_steps in [*((n, steps) for n in nodes), *((perturbed(n, real), steps[:1]) for n in some(block))]:
+        for h in some_steps:
             u = rows(block, dict(n.dims))
             try:
                 want = by_oracle(n, u, h)

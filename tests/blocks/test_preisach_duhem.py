@@ -147,7 +147,7 @@ def polarisation(u, remanent=0.0, levels=120):
     return out
 
 
-@pytest.mark.some(1)
+@pytest.mark.stress
 @pytest.mark.parametrize("remanent", [0.0, 0.03])
 def test_preisach_with_a_bell_curve_of_a_butterfly_loop(remanent):
     """The strain of a ferroelectric is even in the polarisation, so that it shows the polarisation without its sign."""
@@ -186,6 +186,7 @@ def test_duhem_in_other_units(bouc_wen_like, duhem_model):
     assert m.fit["rms_percent"] == pytest.approx(duhem_model.fit["rms_percent"], rel=0.05)
 
 
+@pytest.mark.stress
 def test_duhem_whose_slope_depends_on_the_input():
     """dw/du = (1 + 0.4 u) (1 -+ w), c + k u beside it, solved in closed form along every ramp."""
 

@@ -26,7 +26,7 @@ SOURCES = sorted(compiled.CORE.rglob("*.c"))
 # ---- what the objects contain ---------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
 def objects() -> list[Path]:
-    return compiled.objects(SOURCES, [*compiled.STRICT, "-O2", "-fno-pic"])
+    return compiled.objects(SOURCES, [*compiled.STRICT, "-O1", "-fno-pic"])
 
 
 def symbols(objects: list[Path]) -> list[tuple[str, str, str]]:

@@ -19,6 +19,7 @@ every_block = pytest.mark.parametrize("name", BLOCKS)
 
 # Values without which a parameter can have no effect, each with its reason.
 NEEDED: dict[str, list[dict[str, Any]]] = {
+    "dead_zones": [{"r": [-0.5, -0.2, 0.0, 0.1, 0.4, 0.9]}],  # a zone at 0 is the whole input
     "disturbance": [{"step": 1.0, "t_step": 1.0}],  # a step of height 0 has no step time
     "duhem_oscillator": [{"f": [9e4, 7e4, 5e4, 3e4, 1e4], "z_max": 0.7}],  # equal stiffnesses make a spring
 }

@@ -53,6 +53,57 @@ def test_a_range_is_not_empty(block: str) -> None:
                 build(block, {"lo": at, "hi": hi})
 
 
+TWO = {"n": 2}
+TOGETHER = [  # block, sizes, values that it takes together, values that it refuses, the refusal
+    (
+        "modified_bouc_wen",
+        {},
+        {"beta": 0.0, "gamma": 1e4},
+        {"beta": 0.0, "gamma": 0.0},
+        r"beta \+ gamma must be greater than 0",
+    ),
+    ("bouc_wen", {}, {"beta": 0.5, "gamma": -0.4375}, {"beta": 0.5, "gamma": -0.5}, "else z is unbounded"),
+    ("bouc_wen", {}, {"z0": -1.0}, {"z0": -1.0000001}, r"\|z0\| must be at most"),
+    ("duhem", {}, {"w0": -2.0, "w_max": 2.0}, {"w0": -2.0000001, "w_max": 2.0}, r"\|w0\| must be at most w_max"),
+    ("jiles_atherton", {}, {"m0": 0.29}, {"m0": 0.3}, r"\|m0\| must be at most Ms"),
+    ("jiles_atherton", {}, {"m0": 1.0, "u0": 100.0}, {"m0": 1.001, "u0": 100.0}, r"\|m0\| must be at most Ms"),
+    ("lead_lag", {}, {"T_z": [1.0], "T_p": [1e-300]}, {"T_z": [1.1], "T_p": [1e-300]}, "T_p is too small relative to"),
+    ("creep_inverse", {}, {"w0": -5e-324}, {"w0": 0.0}, "w0 must not be 0"),
+    ("creep_inverse", {}, {"w0": 1.0, "w": [-0.5]}, {"w0": 1.0, "w": [-1.0]}, "the gain of the creep over a step"),
+    ("adaptive_inverse", TWO, {"r": [0.5, 0.5]}, {"r": [0.5, 0.4]}, "the thresholds r must not decrease"),
+    ("prandtl_ishlinskii", TWO, {"r": [0.5, 0.5]}, {"r": [0.5, 0.4]}, "the thresholds r must not decrease"),
+    (
+        "prandtl_ishlinskii_inverse",
+        TWO,
+        {"w0": 1.0, "r": [0.5, 0.5], "w": [-1.0, 0.5]},  # no input lies between equal thresholds
+        {"w0": 1.0, "r": [0.5, 0.5], "w": [-0.5, -0.5]},
+        "must be greater than 0 for every i",
+    ),
+    ("transfer_function", {}, {"a": [-1.0, 1.0]}, {"a": [0.0, 1.0]}, "the first coefficient of a must not be 0"),
+    ("transfer_function", {}, {"a": [1.0, 1.0]}, {"a": [1.0, 0.0]}, "has no steady state"),
+    ("transfer_function", {}, {"a": [1.0, 2.0**38]}, {"a": [1.0, 2.0**39]}, "the step is too long"),
+    ("modes", {}, {"f_n": [1.591e11], "zeta": [0.0]}, {"f_n": [1.592e11], "zeta": [0.0]}, "the step is too long for"),
+    ("modes", {}, {"f_n": [7.95e10], "zeta": [1.0]}, {"f_n": [7.96e10], "zeta": [1.0]}, "the step is too long for"),
+]
+
+
+@pytest.mark.parametrize(("block", "sizes", "taken", "refused", "said"), TOGETHER)
+def test_values_that_fit_together_at_their_limit(
+    block: str, sizes: dict[str, int], taken: dict[str, Any], refused: dict[str, Any], said: str
+) -> None:
+    """Also over a step of 1 s."""
+    more = {"start": "steady"} if "steady" in said else {}
+
+    def run(values: dict[str, Any]) -> None:
+        executor = Graph.single(Node("b", block, sizes, {**values, **more})).executor()
+        executor.start(0.0)
+        executor.step(1.0, 1.0)
+
+    run(taken)
+    with pytest.raises(InputError, match=said):
+        run(refused)
+
+
 @pytest.mark.parametrize("element", [0, 1, 2])
 def test_every_signal_has_its_own_limits(element: int) -> None:
     """in_range and scaling: at a limit is inside, beyond is not, each element against its own two."""
@@ -108,6 +159,7 @@ def test_limits_are_taken_and_the_next_number_beyond_is_refused(name: str) -> No
 def test_limits_are_round_numbers(name: str) -> None:
     """The page of the blocks writes them with ten digits: one that needs more would not be what it says."""
     for v in block_types()[name].vars:
+        assert v.lo <= v.start <= v.hi, v
         for limit in (v.lo, v.hi):
             assert np.isinf(limit) or limit in EXACT or float(f"{limit:.2g}") == limit, (v.name, limit)
 

@@ -3,6 +3,7 @@
 import io
 import json
 from collections.abc import Callable, Sequence
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -205,8 +206,11 @@ def in_groups(file) -> None:
 
 
 def with_dt(file) -> None:
+    """Also an internal table and a note, before the signals in the order of the names."""
+    file.attrs["dt"] = 1 / RATE
+    file["#refs#"], file["a note"] = U[:9], "a text"
     for name, column in (("u", U), ("y", Y)):
-        file.create_dataset(name, data=column).attrs["dt"] = 1 / RATE
+        file.create_dataset(f"{name}/value", data=column)
 
 
 def numpy_file(save: Callable) -> bytes:
@@ -218,8 +222,11 @@ def numpy_file(save: Callable) -> bytes:
 def arrow(write: str, index: bool = False) -> bytes:
     import pyarrow as pa
 
-    names = ["u [V]", "y [um]", "__index_level_0__"] if index else ["t [s]", "u [V]", "y [um]"]
-    table = pa.table(dict(zip(names, [U, Y, T] if index else [T, U, Y], strict=True)))
+    names = ["u [V]", "y [um]", "__index_level_0__" if index else "t [s]"]
+    t = pa.array(np.round(T * 1e6).astype(np.int64))
+    times = t.cast(pa.timestamp("us")) if index else t.cast(pa.duration("us")) if write == "feather" else T
+    y = pa.array([Decimal(cell) for cell in numbers(Y)]) if write == "feather" else Y
+    table = pa.table(dict(zip(names, [U, y, times], strict=True)))
     if index:  # as pandas writes a data frame whose index has no name
         table = table.replace_schema_metadata({"pandas": json.dumps({"index_columns": names[2:]})})
     out = io.BytesIO()

@@ -32,7 +32,8 @@ def test_play_has_its_closed_form() -> None:
     A = np.array([0.2, 0.35, 0.6, 1.0, 5.0])
     one = describing_function(Node("b", "play_bank", {"n": 1}, {"r": [0.3]}), A)
     assert np.abs(one.N - play(A, 0.3)).max() < 2e-6
-    assert one.N[0] == 0
+    assert (one.N[0], one.distortion[0], one.gain[0]) == (0, 0, 0)
+    assert one.phase == pytest.approx(np.degrees(np.angle(one.N)))
     r, w = np.linspace(0.1, 1, 10) / 2, np.linspace(0.2, 0.05, 10)
     many = describing_function(Node("b", "prandtl_ishlinskii", {}, {"w0": 0.3, "r": r, "w": w}), A)
     expected = 0.3 + sum(w_i * play(A, r_i) for r_i, w_i in zip(r, w, strict=True))
@@ -60,6 +61,10 @@ def test_refusals() -> None:
     ):
         with pytest.raises(InputError, match=words):
             describing_function(part, amplitudes)
+    for given in ({"samples": 15}, {"cycles": 0}, {"frequency": 0.0}, {"frequency": np.inf}):
+        with pytest.raises(InputError, match=r"must be (at least|finite)"):
+            describing_function(G0, [1.0], **given)  # type: ignore[arg-type]
+    assert len(describing_function(G0, [1.0], samples=16, cycles=1).N) == 1
     with pytest.raises(InputError, match="The step 'h' of the sampled block pid must be"):
         to_control(Node("b", "pid"))
     with pytest.raises(InputError, match=r"The block must be linear, .* Got play_bank instead"):

@@ -58,36 +58,6 @@ def test_the_tangent_of_a_controller_is_its_closed_form(node):
     assert found == pytest.approx(-to_control(node, H)(Z), rel=1e-5)
 
 
-def test_the_tangent_of_the_observer_is_that_of_its_equations():
-    """Written out from the estimator: x+ = F (x + (0 0 u_last)), d+ = d, corrected by M; M places all poles."""
-    f_o, rng = 2925.0, np.random.default_rng(0)
-    p = W * H
-    F = expm(np.array([[0, p, 0], [-p, -1.4 * p, p], [0, 0, 0]]))
-    z = np.exp(-2 * np.pi * f_o * H)
-    row = np.array([[1.0, 0, 0]])
-    seen = np.vstack([row @ F, row @ F @ F, row @ F @ F @ F])
-    M = np.linalg.matrix_power(F - z * np.eye(3), 3) @ np.linalg.inv(seen)[:, 2]
-    u_c, y = 1e-3 * rng.normal(size=(2, 60))
-    u_c[:3] = y[:3] = 0.0
-    x, last, expected = np.zeros(3), 0.0, []
-    for c, m in zip(u_c, y, strict=True):
-        ahead = F @ (x + np.array([0, 0, last]))
-        ahead[2] = x[2]
-        x = ahead + M * (m - ahead[0])
-        last = c - x[2]
-        expected.append(last)
-    graph = Graph.single(Node("o", "disturbance_observer", {}, {"f_n": 500.0, "zeta": 0.7, "gain": 1.0, "f_o": f_o}))
-    A, B, C, D = sampled(graph, H)
-    names = [i.name for i in graph.inputs]
-    state, found = np.zeros(len(A)), []
-    for c, m in zip(u_c, y, strict=True):
-        v = np.zeros(len(names))
-        v[names.index("u_c")], v[names.index("y")] = c, m
-        found.append((C @ state + D @ v)[0])
-        state = A @ state + B @ v
-    assert found == pytest.approx(expected, rel=1e-5, abs=1e-9)
-
-
 def test_a_graph_with_delays_becomes_their_product():
     nodes = [PID, Node("late", "delay", {"n": 3})]
     ends = [Input("y_d", ("c.y_d",)), Input("y", ("c.y",)), Input("f", ("c.u_ff",))], [Output("u", "late.y")]
@@ -162,7 +132,10 @@ def peak_db(L):
 
 
 def test_the_peak_of_a_loop_with_observer_is_that_of_its_equations():
-    """Observer and law at each z as four linear equations in x and u, for y = 1: see the test of the observer above."""
+    """Observer and law at each z as four linear equations in x and u, for y = 1.
+
+    The estimator is x+ = F (x + (0 0 u_last)), d+ = d, corrected by M, which places all poles.
+    """
     found = of("pid_observer", "sine_100")
     units, p = found.system.case.units, W * H
     F = expm(np.array([[0, p, 0], [-p, -1.4 * p, p], [0, 0, 0]]))

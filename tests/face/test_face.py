@@ -36,13 +36,14 @@ def test_dir_lists_the_face_and_every_name_loads():
 
 
 def test_import_loads_the_lowest_room_alone_and_help_loads_no_numpy():
-    loaded = "print(sorted(m for m in sys.modules if m.startswith('hystfmu.') or m == 'numpy'))"
+    slow = ("numpy", "torch", "control", "scipy", "fmpy", "pydantic")
+    loaded = f"print(sorted(m for m in sys.modules if m.startswith('hystfmu.') or m in {slow}))"
     assert run_python(f"import sys, hystfmu; {loaded}").strip() == "['hystfmu.base']"
     # the command line itself and the one exception it catches
     names = run_python(
         f"import sys\nfrom hystfmu.cli import main\ntry:\n main(['--help'])\nexcept SystemExit:\n {loaded}"
     ).splitlines()[-1]
-    assert "numpy" not in names
+    assert not any(f"'{m}'" in names for m in slow)
     assert "hystfmu.face" not in names
 
 
@@ -87,20 +88,6 @@ def test_inverse_is_a_model_of_the_face_by_the_first_method_that_it_admits(data:
         static.inverse("exact")
     with pytest.raises(hy.InputError, match=r"must be named. Got 'lo'"):
         model.inverse(lo=0.0)
-
-
-def test_save_load_export_unit(model: hy.Model, data: hy.Dataset, tmp_path: Path):
-    model.save(tmp_path / "m.model.toml")
-    again = hy.Model.load(tmp_path / "m.model.toml")
-    assert type(again) is hy.Model
-    assert again.predict(data.u).tobytes() == model.predict(data.u).tobytes()
-    assert hy.validate(model.export(tmp_path / "m.fmu", fmi=3)) == []
-    assert (model.export_modelica(tmp_path / "Piezo") / "package.mo").exists()
-    unit = model.unit()
-    unit.initialize(0.0, u=float(data.u[0]))
-    unit.set("u", float(data.u[1]))
-    unit.do_step(0.0, data.h)
-    assert unit.get("y") == model.predict(data.u)[1]
 
 
 def test_print_is_one_screen_and_says_what_a_reader_asks(model: hy.Model):

@@ -103,7 +103,7 @@ def test_a_shipped_scenario_is_read_run_changed_and_saved_elsewhere(tmp_path: Pa
 
 
 @pytest.mark.some(1)
-@pytest.mark.parametrize("name", ["pid", "cascade_learned", "sliding_mode_2005_1khz"])
+@pytest.mark.parametrize("name", ["cascade_learned", "sliding_mode_2005_1khz"])
 def test_a_copy_of_a_shipped_scenario_runs_the_same_systems(name: str, tmp_path: Path):
     folder = hy.Scenario.load(SHIPPED / name).save(tmp_path / "copy")
     made, shipped = ([fingerprint(build(c)) for c in Cases(f).cases] for f in (folder, SHIPPED / name))
@@ -129,8 +129,7 @@ def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, 
         "foreign.fmu",
         "wait.model.toml",
     }
-    assert chain.run().passed
-    assert values(chain.ready(), "fmpy") == values(Cases(folder), "fmpy")
+    assert hy.run(folder).passed
 
 
 @pytest.mark.parametrize(

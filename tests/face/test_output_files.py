@@ -62,7 +62,7 @@ def listed(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(2)
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_command_keeps_a_file_of_other_content(name: str, here: Path) -> None:
     command, file, same = WRITERS[name]

@@ -188,6 +188,13 @@ def test_inputs(starts: list[float], counts: dict[str, int], sentence: str) -> N
     assert bool(said(chain(starts=starts, counts=counts))) == bool(sentence)
 
 
+@pytest.mark.parametrize(("key", "width", "what"), [("starts", 8, "inputs"), ("wires", 20, "connections")])
+def test_a_number_that_exceeds_the_rest_of_the_file(key: str, width: int, what: str) -> None:
+    rest = (12 if key == "starts" else 0) + 20 * len(WIRES) + 4 + sum(map(len, PORTS))
+    for n in (rest // width, rest // width + 1):
+        assert (said(chain(counts={key: n})) == f"{DAMAGED}: number of {what}") == (n > rest // width)
+
+
 @pytest.mark.parametrize(
     ("wires", "counts", "sentence"),
     [

@@ -1,6 +1,8 @@
 """Inverses: exact ones are identities in cascade, learned ones approximate, refusals state the reason."""
 
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import plants
@@ -9,8 +11,10 @@ from series import series
 
 from hystfmu import Dataset, Graph, InputError, Model, Node
 from hystfmu.data import signals
+from hystfmu.graph import Input, Output
 from hystfmu.identify import fit
-from hystfmu.inverse import inverse
+from hystfmu.inverse import Inverses, inverse, learned
+from hystfmu.inverse.ports import over_range
 from papers import nested_loops, zhao_tan_2008
 
 
@@ -279,3 +283,98 @@ def test_unknown_method_and_option():
         inverse(fitted(), N=3)
     with pytest.raises(InputError, match="span_u"):
         inverse(chain(), "learned")
+
+
+# ---- parts of inverses by numbers ------------------------------------------------------------------------------------
+def straight(gain=1.0):
+    return Model(
+        "s", Graph.single(Node("s", "scaling", {"n": 1}, {"gain": gain})), 1e-3, "", {}, {"span_u": [-1.0, 1.0]}
+    )
+
+
+@pytest.mark.parametrize(("first", "second", "taken"), [(1.035, None, 1.035), (1.05, 1.045, 1.045), (1.05, 1.1, 1.05)])
+def test_a_second_network_is_trained_after_a_poor_one_and_the_better_one_stays(monkeypatch, first, second, taken):
+    def training(gain):
+        def train(model, u, y, seed, options, progress):
+            progress(0.5)
+            return straight(gain)
+
+        return train
+
+    seen = []
+    monkeypatch.setattr(learned, "_corrected", training(first))
+    monkeypatch.setattr(learned, "_direct", training(second))
+    made = learned.learned_inverse(straight(), 3, {}, seen.append)
+    assert made.graph.node("s").value("gain")[0] == taken
+    assert seen == ([0.25] if second is None else [0.25, 0.75])
+
+
+def test_what_a_learned_inverse_is_chosen_by():
+    found = learned._validation(straight(), 5)
+    shapes = [signals.decaying_sine(10, 0.12), signals.two_tones(10, 2.9, 0.3), signals.nested_reversals(60, 4716)]
+    for r, v in zip(found, [*shapes, signals.minor_loops(5, 0.3)], strict=True):
+        assert r[-len(v) :] == pytest.approx(0.9 * v, abs=1e-12)
+    assert learned._largest(straight(), straight(1.1), [np.array([0.0, 2, -2]), np.array([1.0, 3])]) == pytest.approx(
+        0.15
+    )
+    lost = SimpleNamespace(predict=lambda r: r * np.nan, step=None)
+    assert learned._largest(lost, straight(), [np.array([0.0, 1])]) == np.inf
+
+
+@pytest.mark.parametrize(("falling", "warned"), [(0, False), (5, False), (6, True)])
+def test_rows_on_which_the_output_falls(falling, warned):
+    u = np.linspace(0, 1, 101)
+    top = u[100 - falling]
+    y = np.minimum(u, 2 * top - u)
+    for sign in (1, -1):
+        lines = learned._falls(u, sign * y)
+        assert ["against its input on 6 % of the rows" in line for line in lines] == [True] * warned
+
+
+def test_a_learned_inverse_corrects_the_wanted_output_by_operators_of_three_scales():
+    m = fitted()
+    u = over_range(m, signals.training(20, 1))
+    y = m.predict(u)
+    made = learned._corrected(m, u, y, 2, {"iterations": 1, "starts": 1}, lambda part: None)
+    gains = np.array([made.graph.node(f"scale{k}").value("gain")[0] for k in (1, 2, 3)])
+    assert gains * np.ptp(y) == pytest.approx([0.5, 1.0, 2.0])
+    assert [made.graph.node(f"scale{k}").value("offset")[0] for k in (1, 2, 3)] == pytest.approx(-gains * y[0])
+    bank = made.graph.node("bank")
+    assert (bank.sizes["z"], set(bank.value("z0"))) == (4, {y[0]})
+    assert made.fit["rms_percent"] < 1
+    told = made.provenance
+    assert (told["rows"], told["span_u"], told["seed"]) == (len(u), [y.min(), y.max()], 2)
+    assert (told["options"]["N"], told["options"]["hidden"], told["options"]["decay"]) == (4, 12, 1e-8)
+
+
+@pytest.mark.parametrize(("flat", "refused"), [((0.9, 1.1), True), ((0.6, 0.9), False), ((0.9998, 1.1), True)])
+def test_an_implicit_inverse_needs_an_output_that_turns_in_the_middle_of_the_range(flat, refused):
+    curve = Node("c", "dead_zones", {}, {"w0": 1.0, "r": list(flat), "w": [-1.0, 1.0]})
+    with pytest.raises(InputError, match="must change directly after a reversal") if refused else nullcontext():
+        inverse(Model("c", Graph.single(curve)), "implicit", lo=0.0, hi=2.0)
+
+
+def test_the_way_into_a_range():
+    m = replace(straight(), provenance={"span_u": [2.0, 6.0]})
+    found = over_range(m, np.array([0.5, -1.0, 1.0]))
+    assert (found[0], found[-3:].tolist()) == (0.0, [5.0, 2.0, 6.0])
+    assert (np.diff(found[:-2]) > 0).all()
+    assert over_range(replace(m, provenance={"span_u": [2.0, 2.0]}), np.array([0.5, -1.0])).tolist() == [2.0, 2.0]
+    for span in (None, [1.0], [1.0, 2.0, 3.0], "12"):
+        with pytest.raises(InputError, match=r"provenance\.span_u = \[min, max\]\. Got "):
+            over_range(replace(m, provenance={"span_u": span}), np.zeros(2))
+
+
+def test_what_auto_asks_of_the_inverses():
+    sum_of_both = Graph(
+        [Node("b", "bouc_wen"), Node("s", "sum", {"n": 2}, {"k": [2.0, 1.0]})],
+        [("b.z", "s.u[2]")],
+        [Input("u", ("b.u", "s.u[1]"))],
+        [Output("y", "s.y")],
+    )
+    span = {"span_u": [-1.0, 1.0]}
+    lag = Graph.single(Node("g", "transfer_function", {}, {"b": [1.0, 1.0], "a": [1.0, 2.0]}))
+    implicit, lagging = (Model("b", graph, 1e-3, "", {}, span) for graph in (sum_of_both, lag))
+    assert [Inverses().kind(m) for m in (straight(), implicit, lagging)] == ["exact", "implicit", "learned"]
+    assert Inverses().fault(straight()) == Inverses().fault(implicit) == ""
+    assert "must be greater than 0 for an inverse" in Inverses().fault(replace(plays_only(), provenance=span))

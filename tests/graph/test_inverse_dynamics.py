@@ -12,9 +12,10 @@ from series import series
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
+from hystfmu.data import signals
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.estimate.dynamics import Dynamics
-from hystfmu.inverse import inverse
+from hystfmu.inverse import dynamic, inverse
 from hystfmu.inverse.dynamic import split
 from hystfmu.model import Model
 
@@ -111,6 +112,25 @@ def test_three_samples_are_the_feedforward_by_central_differences() -> None:
     assert h**2 * second / 2 == pytest.approx(1 / w**2, rel=1e-3)
 
 
+@pytest.mark.parametrize(("h", "samples"), [(1e-4, 200), (4e-3, 20)])
+def test_wanted_outputs_begin_at_rest_and_fill_a_share_of_the_range(h: float, samples: int) -> None:
+    model = plays(h, "zoh")
+    parts = split(model)
+    assert parts is not None
+    reached = 3.0 - 5.0 * Graph.single(PLAYS).run(0.5 * np.array([0.0, 1.0, -1.0, 1.0])).ravel()
+    low, high = reached.min(), reached.max()
+    tones = round(3.7 * samples)
+    shapes = [(samples, signals.decaying_sine(8, 0.1, samples)), (samples, signals.decaying_sine(6, 0.3, samples))]
+    shapes.append((tones, signals.two_tones(4, 3.7, 0.4, tones)))
+    for r, (cycle, v) in zip(dynamic.wanted(model, parts, 0.5), shapes, strict=True):
+        want = (low + high) / 2 - (high - low) / 2 * v
+        assert r[0] == pytest.approx(3.0, abs=1e-12)
+        assert r[cycle:] == pytest.approx(want[cycle:], abs=1e-12)
+        half = cycle // 2
+        if cycle % 2 == 0:
+            assert r[half] == pytest.approx((3.0 + want[half]) / 2, abs=1e-12)
+
+
 def test_a_scenario_with_that_preview_has_no_lag() -> None:
     model = plays(1e-4, "zoh", delay=3.4e-4)
     made = inverse(model)
@@ -137,19 +157,17 @@ def test_what_is_not_linear_at_the_end_is_not_split() -> None:
     assert split(Model("t", Graph.single(Node("g0", "transfer_function")), 1e-4)) is None
     limited = plays(1e-4, "zoh")
     nodes = [n if n.name != "readout" else n.with_values(lo=-1.0) for n in limited.graph.nodes]
-    graph = Graph(nodes, limited.graph.wires, limited.graph.inputs, limited.graph.outputs)
-    assert split(Model("limited", graph, 1e-4)) is None
+    assert split(Model("limited", replace_nodes(limited.graph, nodes), 1e-4)) is None
 
 
 def test_dynamics_without_static_gain_are_refused() -> None:
     model = plays(1e-4, "zoh")
     high_pass = Node("g0", "transfer_function", {}, {"b": [1.0, 0.0], "a": [1.0, 100.0]})
     nodes = [n if n.name != "g0" else high_pass for n in model.graph.nodes]
-    graph = Graph(nodes, model.graph.wires, model.graph.inputs, model.graph.outputs)
     with pytest.raises(
         InputError, match=r"dynamics of .* must have an inverse .* at most 8 samples .* Got an error above"
     ):
-        inverse(Model("high_pass", graph, 1e-4))
+        inverse(Model("high_pass", replace_nodes(model.graph, nodes), 1e-4))
 
 
 # ---- Adaptive inverses of models: what a model gives them, and what has none
@@ -199,6 +217,10 @@ def test_the_fit_says_what_an_ordinary_error_is() -> None:
     assert block.dims["delay"] == 3
     assert float(block.value("T")[0]) == 50
     np.testing.assert_allclose(block.value("sd"), 0.22 * np.array([0.5, 0.4, 0.2]))
+    exact = replace(actuator(False, w=[0.4, 0.05]), fit={}).inverse("adaptive").graph.node("adaptive")
+    assert float(exact.value("sigma")[0]) == pytest.approx(1e-3 * 0.95 * 0.3 / 2)
+    assert float(exact.value("w0_min")[0]) == 0.25
+    np.testing.assert_allclose(exact.value("sd"), 0.22 * np.array([0.5, 0.4, 0.95 / 6]))
 
 
 @pytest.mark.parametrize(
@@ -218,15 +240,26 @@ def test_a_model_without_such_an_inverse_is_refused_in_one_line(
     assert "\n" not in str(e.value)
 
 
+def replace_nodes(graph: Graph, nodes: list[Node]) -> Graph:
+    return Graph(nodes, graph.wires, graph.inputs, graph.outputs)
+
+
 def test_another_structure_is_refused_by_name() -> None:
     model = hy.Model("bw", Graph.single(Node("h", "bouc_wen")), None, "Bouc-Wen")
     with pytest.raises(InputError, match="Got bouc_wen in bw"):
         model.inverse("adaptive")
     limited = actuator(False)
     nodes = [*limited.graph.nodes[:2], replace(limited.graph.nodes[2], values={"gain": 1.0, "hi": 1.0})]
-    graph = Graph(nodes, limited.graph.wires, limited.graph.inputs, limited.graph.outputs)
     with pytest.raises(InputError, match="must have no limits"):
-        hy.Model("stack", graph, None, "limited").inverse("adaptive")
+        hy.Model("stack", replace_nodes(limited.graph, nodes), None, "limited").inverse("adaptive")
+    nodes[-1] = replace(limited.graph.nodes[2], values={"gain": 0.0})
+    with pytest.raises(InputError, match="gain behind hysteresis must not be 0"):
+        hy.Model("stack", replace_nodes(limited.graph, nodes), None, "flat").inverse("adaptive")
+    slow = actuator(True)
+    for values, order in (({"b": [1.0], "a": [1.0, 2.0]}, 1), ({"b": [1.0], "a": [1.0, 2.0, 2.0, 1.0]}, 3)):
+        nodes = [Node("g0", "transfer_function", {}, values) if n.name == "g0" else n for n in slow.graph.nodes]
+        with pytest.raises(InputError, match=rf"Got 1 transfer function, the first of order {order}\.$"):
+            replace(slow, graph=replace_nodes(slow.graph, nodes)).inverse("adaptive")
     first = Graph([Node("g", "transfer_function")], [], [Input("u", ("g.u",))], [Output("y", "g.y")])
     with pytest.raises(InputError):
         hy.Model("lag", first, 1e-3, "a lag").inverse("adaptive")

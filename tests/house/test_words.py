@@ -102,6 +102,7 @@ def found(word: re.Pattern[str], paths: set[Path]) -> list[str]:
     ]
 
 
+@pytest.mark.some(5)
 @pytest.mark.parametrize("pattern", WORDS)
 def test_a_replaced_word_does_not_come_back(pattern: str):
     use, places = WORDS[pattern]
@@ -109,6 +110,7 @@ def test_a_replaced_word_does_not_come_back(pattern: str):
     assert not faults, f"say {use!r} instead: {faults}"
 
 
+@pytest.mark.some(6)
 @pytest.mark.parametrize(("pattern", "places"), [*((p, PROSE) for p in RIDDLES), *((p, READ) for p in PRIVATE)])
 def test_a_riddle_or_a_private_word_does_not_come_back(pattern: str, places: tuple[str, ...], tmp_path: Path):
     use, fault = (RIDDLES | PRIVATE)[pattern]

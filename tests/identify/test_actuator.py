@@ -84,6 +84,7 @@ def test_parts_can_be_asked_for():
     assert fit(measured(play_sum, cycles=20), "actuator", N=10, operator="plays", **STATIC).fit["parts"] == "plays"
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("plant", [bent, stops, butterfly, lambda u: crept(u, 1e-3)])
 def test_a_fit_with_the_structure_of_another_has_its_components(plant):
     first = fit(measured(plant, cycles=20), "actuator", dynamics="no")

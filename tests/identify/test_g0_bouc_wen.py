@@ -9,7 +9,7 @@ from hystfmu.data import signals
 from hystfmu.identify import fit
 from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis
 from hystfmu.inverse import inverse
-from hystfmu.model.accuracy import errors
+from hystfmu.model import errors
 
 H = 1e-4
 BETA, GAMMA, N, LINEAR = 0.7, 0.4, 1.3, 0.5

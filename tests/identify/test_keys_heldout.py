@@ -58,7 +58,7 @@ def test_no_key_is_left_out():
 LONG = ("bouc_wen", "duhem")
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(2)
 @pytest.mark.parametrize("key", [pytest.param(k, marks=pytest.mark.stress) if k in LONG else k for k in ON])
 def test_a_key_on_an_independent_plant(key):
     plant, limit, options = ON[key]

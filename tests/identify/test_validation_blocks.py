@@ -15,7 +15,7 @@ from hystfmu.identify.cuts import EVERY, beginning, fitted_and_held, shortened, 
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.race import FOLDS, LOSER, Race
 from hystfmu.identify.trial import Trial
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 CANDIDATES = candidates()
 SEEDS = [secrets.randbelow(10**6) for _ in range(3)]

@@ -61,30 +61,6 @@ def test_every_operator_has_every_signal_in_every_realisation() -> None:
             assert f"HystFMU.Validation.{kind}.{short_name}" in OPERATORS
 
 
-def turns(u: np.ndarray) -> np.ndarray:
-    """Rows at which a signal turns."""
-    rate = np.diff(u)
-    return np.flatnonzero(rate[1:] * rate[:-1] < 0) + 1
-
-
-PARTS = {
-    "sine": (0.0, 0.2, lambda u, at: len(at) == 4 and np.ptp(np.abs(u[at])) < 1e-9),
-    "two-tone minor loops": (0.2, 0.5, lambda u, at: len(at) > 12 and np.ptp(np.abs(u[at])) > 0.3),
-    "decaying loops": (0.5, 0.8, lambda u, at: len(at) > 10 and (np.diff(np.abs(u[at])) < 0).all()),
-    "ramp, hold, ramp": (0.8, 1.0, lambda u, at: (np.diff(u) == 0).mean() > 0.3 and len(set(np.sign(np.diff(u)))) == 3),
-    "step": (0.99, 1.1, lambda u, at: np.abs(np.diff(u)).max() >= 0.99e-5 * 1000 and np.ptp(u) > 0.9),
-    "noise at the reversal": (1.1, 1.4, lambda u, at: len(at) > 8),  # four without it
-}
-
-
-@pytest.mark.parametrize("part", PARTS)
-def test_signal_has_every_part(part: str) -> None:
-    begin, end, holds = PARTS[part]
-    u = validation_signal.signal_form(np.arange(begin, end, 1e-5)[1:])
-    assert holds(u, turns(u))
-
-
 def test_the_simulated_signal_is_the_one_of_numpy() -> None:
-    """What the tests above say about the signal is said about the numpy form."""
     rows = simulate.run("HystFMU.Validation.Events.PlayBank").instants()
     assert np.abs(rows["signal.r"] - validation_signal.signal_form(rows["time"])).max() < 1e-9

@@ -46,6 +46,7 @@ PATHS = {  # what may judge the rooms of one library or language; the rest of te
     ],
     "core": [
         *(f"tests/{name}" for name in ("contract", "blocks", "graph")),
+        "tests/identify/estimate/test_sensitivities.py",
         "tests/c/test_turning_points.py",
         "tests/c/test_elementary.py",
         "tests/c/test_numerics.py",
@@ -104,8 +105,8 @@ class Tests:
         at = mutant.line(text)
         if mutant.file.endswith((".c", ".h")) and str(at) in lines and _in_c_function(at, text):
             return set(lines[str(at)])
-        if mutant.file.endswith(".py") and _in_function(at, text):
-            for line in range(at, max(at - MOST_LINES, 0), -1):  # a statement over several is counted at its first
+        if mutant.file.endswith(".py") and (first := _function(at, text)):
+            for line in range(at, max(at - MOST_LINES, first - 1), -1):  # a statement is counted at its first line
                 if some := lines.get(str(line)):
                     return set(some)
         every = set().union(*lines.values())
@@ -127,5 +128,6 @@ def _in_c_function(line: int, text: str) -> bool:
     return False
 
 
-def _in_function(line: int, text: str) -> bool:
-    return any(first <= line <= last for first, last in python_operators.functions(text))
+def _function(line: int, text: str) -> int:
+    """Return the first line of the innermost function that contains a line; 0 if there is none."""
+    return max((a for a, b in python_operators.functions(text) if a <= line <= b), default=0)

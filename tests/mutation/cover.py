@@ -13,6 +13,7 @@ from typing import Any
 
 import coverage
 import pytest
+from mutation.children import unconfine
 from mutation.sample import ROOMS
 
 ROOT = Path(__file__).parents[2]
@@ -37,10 +38,13 @@ class Cover:
         os.environ["COVERAGE_PROCESS_START"] = str(setting)  # the processes that tests start
         self.coverage = coverage.Coverage(config_file=str(setting))
         self.coverage.start()
+        self.of_base = True  # the present test is about confinement
+        unconfine(lambda: self.of_base)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
         self.coverage.switch_context(item.nodeid)
+        self.of_base = item.nodeid.startswith("tests/base/")
         for name, found in item._fixtureinfo.name2fixturedefs.items():  # type: ignore[attr-defined]
             if found[-1].scope != "function":
                 self.users[f"{found[-1].baseid}@{name}"].append(item.nodeid)

@@ -168,6 +168,15 @@ def test_a_long_test_does_not_displace_short_ones(tmp_path):
     assert choose.Tests(tmp_path / "map.json").for_mutant(mutant, text) == [long]
 
 
+def test_a_function_that_was_not_seen_to_run_is_judged_by_all_tests_of_its_file(tmp_path):
+    file, text = "python/hystfmu/studies/b.py", "def f(x):\n    return x + 1\ndef g(x):\n    return x - 1\n"
+    table = {"seconds": {"a::f": 0.1, "a::h": 0.1}, "lines": {file: {"2": ["a::f"], "9": ["a::h"]}}}
+    (tmp_path / "map.json").write_text(json.dumps(table))
+    tests, (in_f, *_, in_g) = choose.Tests(tmp_path / "map.json"), python_operators.mutants(file, text)
+    assert tests.for_mutant(in_f, text) == ["a::f"]
+    assert sorted(tests.for_mutant(in_g, text)) == ["a::f", "a::h"]
+
+
 def test_tests_of_the_room_come_before_those_that_only_run_it(tmp_path):
     file, text = "python/hystfmu/studies/b.py", "def f(x):\n    return x + 1\n"
     own, others = "tests/study/test_y.py::test_own", [f"tests/face/test_x.py::test_{k}" for k in range(20)]

@@ -4,8 +4,6 @@ It reads the order, the links, the grid and the events of a system. Everything e
 steps, is written here again. It knows no foreign FMU.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 from collections.abc import Callable, Sequence
 from itertools import pairwise

@@ -32,6 +32,7 @@ def test_turning_points_under_noise_and_on_plateaus():
     np.testing.assert_allclose(noisy[turning_points(noisy, 0.05)], [1.0, -0.5, 0.7, -1.0], atol=0.02)
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 @pytest.mark.parametrize(
     ("plant", "memory"),
@@ -51,21 +52,6 @@ def test_minor_loops_tell_the_class_of_memory(plant, memory, noise):
     assert seen.loops >= 10
     assert seen.warnings == seen.coarse == ()
     assert (seen.gap > 1.5) if memory == "no return-point" else (seen.gap < 0.1)
-
-
-def test_what_cannot_identify_memory_is_said():
-    def warnings(u):
-        seen = examine(Dataset.from_signal(u, plants.prandtl_ishlinskii(u)))
-        return " ".join((*seen.warnings, *seen.coarse))
-
-    assert "one decaying" in warnings(signals.decaying_sine(10, 0.1))
-    assert "one decaying" in warnings(signals.decaying_sine(10, 0.0))
-    assert "samples per cycle" in warnings(signals.training(60, 1)[::4])
-    assert "no minor loop" in warnings(signals.ramps([0.0, 0.5, -1.0, 1.0, -0.9, 0.8, -0.7], 0.005))
-    assert warnings(signals.training(60, 1)) == ""
-    noisy = plants.prandtl_ishlinskii(u := signals.training(60, 1))
-    noisy = noisy + 0.05 * np.ptp(noisy) * np.random.default_rng(0).normal(size=len(u))
-    assert examine(Dataset.from_signal(u, noisy)).memory == "unknown"
 
 
 def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):

@@ -137,6 +137,7 @@ def test_half_of_the_printed_thresholds_are_dead():
 
 
 # ---- models --------------------------------------------------------------------------------------------------------
+@pytest.mark.some(1)
 @pytest.mark.parametrize("plant", [plants.prandtl_ishlinskii, plants.asymmetric])
 def test_constraint_factor_and_network_on_held_out_signals(plant):
     u = signals.training(100, 1)

@@ -110,20 +110,6 @@ def test_from_torch_against_torch(name, tmp_path):
     assert (Model.load(tmp_path / "n.model.toml").predict(x).reshape(got.shape) == got).all()
 
 
-def test_a_torch_network_becomes_an_fmu(tmp_path):
-    fmpy, torch = pytest.importorskip("fmpy"), pytest.importorskip("torch")
-    from hystfmu.fmu import export_fmu
-
-    torch.manual_seed(0)
-    model = hy.Model.from_torch(networks()["2-12-1 sigmoid"][1], step=0.1)
-    path = export_fmu(model, tmp_path / "n.fmu")
-    x = (0.3, -0.7)
-    result = fmpy.simulate_fmu(
-        str(path), stop_time=0.3, step_size=0.1, start_values={"u_1": x[0], "u_2": x[1]}, output=["y"]
-    )
-    assert result["y"][-1] == model.predict(np.array([x, x]))[-1]
-
-
 def test_from_torch_refuses_what_it_cannot_do():
     nn = pytest.importorskip("torch").nn
 
@@ -146,6 +132,7 @@ def test_from_torch_refuses_what_it_cannot_do():
 
 
 # ---- the paper -----------------------------------------------------------------------------------------------------
+@pytest.mark.stress  # its figures are also rows of the page of papers
 def test_the_replica_is_of_the_papers_order():
     """463 Powell-Beale iterations of the 2-12-1 network: printed max 0.026735, RMS 0.01027 on another actuator."""
     data = zhao_tan_2008.experiment(zhao_tan_2008.actuator())

@@ -185,5 +185,5 @@ KINDS: dict[str, Callable[[Path], Path]] = {
     for f in (fit, start, run, failed, study, compare, compared_studies, paper, demonstration, fmu, fmu_of_a_block)
 }
 # pages of other kinds have the same parts
-LONG = ("start", "failed", "compared_studies")
+LONG = ("start", "failed", "compared_studies", "demonstration")
 EACH = [pytest.param(kind, marks=[pytest.mark.stress] * (kind in LONG)) for kind in KINDS]

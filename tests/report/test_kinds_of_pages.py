@@ -12,8 +12,7 @@ import hystfmu as hy
 from hystfmu import demo
 
 CHECKS = Path(__file__).with_name("accessibility.js").read_text()
-MOST_SCRIPT, MOST_PAGE = 30_000, 1_000_000
-MOST = {"demonstration": 600_000}
+MOST_PAGE = 1_000_000
 DOCS = Path(__file__).parents[2] / "python" / "docs"
 EXPLORED = {"fit", "start", "run", "failed", "study", "demonstration", "fmu"}
 REACHED = """() => {
@@ -25,7 +24,7 @@ FEWEST = {"fmu_of_a_block": 2, "paper": 2}  # heights with something for the key
 Made = Callable[[str], Path]
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("kind", EACH)
 def test_every_page_is_accessible_and_answers_first(browser: Browser, made: Made, kind: str) -> None:
     with opened(browser, made(kind)) as p:
@@ -38,27 +37,14 @@ def test_every_page_is_accessible_and_answers_first(browser: Browser, made: Made
             found = p.evaluate(CHECKS) + (["no figure on the first screen"] if first["y"] >= 600 else [])
             wrong |= {f"{width} px, {scheme}": found} if found else {}
         assert wrong == {}
+        if kind == "fit":
+            tops = {n: (p.locator(n).first.bounding_box() or {})["y"] for n in ("section", "figure", "table")}
+            assert min(tops, key=tops.__getitem__) == "figure", "the loop comes first"
         assert p.locator(".explorer").count() == (kind in EXPLORED)
         p.evaluate(REACHED)
         for _ in range(30):
             p.keyboard.press("Tab")
         assert len(p.evaluate("[...reached]")) >= FEWEST.get(kind, 6)
-
-
-def test_the_loop_comes_first_on_the_page_of_a_fit(browser: Browser, made: Made) -> None:
-    with opened(browser, made("fit")) as p:
-        tops = {n: (p.locator(n).first.bounding_box() or {})["y"] for n in ("section", "figure", "table")}
-        assert min(tops, key=tops.__getitem__) == "figure"
-
-
-@pytest.mark.parametrize("kind", EACH)
-def test_every_page_is_small(made: Made, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
-    text = made(kind).read_text()
-    script = text.rpartition("<script>")[2].partition("</script>")[0] if "<script>" in text else ""
-    with capsys.disabled():
-        print(f"\npage of {kind}: {len(text.encode())} bytes, script {len(script.encode())}")
-    assert len(script.encode()) <= MOST_SCRIPT
-    assert len(text.encode()) <= MOST.get(kind, MOST_PAGE)
 
 
 @pytest.mark.stress

@@ -66,7 +66,7 @@ def drawn_at(p: Page, width: int) -> list[Any]:
 
 
 @pytest.mark.some(1)
-@pytest.mark.parametrize("kind", ["demonstration", "run", "fmu"])
+@pytest.mark.parametrize("kind", [pytest.param("demonstration", marks=pytest.mark.stress), "run", "fmu"])
 def test_labels_of_the_explorer_lie_apart(browser: Browser, made: Callable[[str], Path], kind: str) -> None:
     with opened(browser, made(kind)) as p:
         p.evaluate(WRITTEN)
@@ -107,6 +107,7 @@ def test_labels_of_a_log_axis_are_decades(browser: Browser, tmp_path: Path) -> N
         assert "f (Hz) " in (p.locator("figcaption").nth(1).text_content() or "")
 
 
+@pytest.mark.stress
 def test_paper_has_light_colours(browser: Browser, made: Callable[[str], Path]) -> None:
     same = f"pixels => JSON.stringify(({PIXELS})()) === pixels"
     with opened(browser, made("fmu"), color_scheme="light") as p:

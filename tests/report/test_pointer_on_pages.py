@@ -177,6 +177,7 @@ def test_the_plant_of_a_loop_runs_behind_its_inverse(browser: Browser, run: Path
     assert found["plant"].tolist() == units["plant"].run(inputs, case.step).ravel().tolist()
 
 
+@pytest.mark.stress
 def test_the_model_of_an_fmu_runs_in_its_documentation(browser: Browser, made: Callable[[str], Path]) -> None:
     model = hy.fit(data(), "prandtl_ishlinskii", N=20)
     with opened(browser, made("fmu")) as p:

@@ -53,11 +53,15 @@ def check(text: str) -> dict[str, list[str]]:
     return rules
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("kind", EACH)
-def test_the_policy_of_a_page_names_its_own_parts(made: Callable[[str], Path], kind: str) -> None:
+def test_a_page_is_small_and_its_policy_names_its_own_parts(made: Callable[[str], Path], kind: str) -> None:
     text = made(kind).read_text()
     compiles = "'wasm-unsafe-eval'" in check(text).get("script-src", ())
     assert compiles == ('class="explorer"' in text)
+    script = text.rpartition("<script>")[2].partition("</script>")[0] if "<script>" in text else ""
+    assert len(script.encode()) <= 30_000
+    assert len(text.encode()) <= (600_000 if kind == "demonstration" else 1_000_000)
 
 
 def test_the_file_of_a_plot_has_a_policy(tmp_path: Path) -> None:
@@ -109,6 +113,7 @@ def moves(browser: Browser, page: Path) -> dict[str, np.ndarray]:
     return found
 
 
+@pytest.mark.stress
 def test_in_the_demo(browser: Browser, made: Callable[[str], Path]) -> None:
     page = made("demonstration")
     found = moves(browser, page)

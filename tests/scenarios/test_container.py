@@ -1,6 +1,8 @@
 """A loop with foreign FMUs as one FMU: the bits of `hystfmu run`; errors name the unit."""
 
+import contextlib
 import ctypes as C
+import math
 import re
 import tomllib
 import zipfile
@@ -13,11 +15,12 @@ import numpy as np
 import pytest
 import tomli_w
 from click.testing import CliRunner
-from drawn_unit import Variable, drawn_fmu
+from drawn_unit import LETTERS, Variable, bounds, drawn_fmu
 from engines import boxed, ready
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmu_slave import Slave
+from heap import leaves_nothing
 
 from hystfmu.cli import main
 from hystfmu.fmu.write.export import export_fmu
@@ -56,7 +59,7 @@ def written(folder: Path, out: Path) -> None:
 def unpacked(folder: Path, tmp_path: Path) -> tuple[Path, Path]:
     """Write the container of a scenario; return the folder of its files, and the file that describes the system."""
     written(folder, tmp_path / "box.fmu")
-    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "box")))
+    box = Path(fmpy.extract(str(tmp_path / "box.fmu"), str(tmp_path / "a box %20 ü")))
     return box, box / "resources" / "system.txt"
 
 
@@ -191,31 +194,40 @@ def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Pat
     assert "coupling.events must be 'grid': a container locates no events between steps" in result.output
 
 
-def tried(folder: Path, n: int = 1) -> list[str]:
-    """What an instance logs when it is made and makes n steps; nothing if all goes well."""
-    said: list[str] = []
+def made(box: Path, said: list[str], **changes: str) -> FMU2Slave:
+    """An instance of the container unpacked to `box`, or one without component; its messages go to `said`."""
     callbacks = fmi2CallbackFunctions()
     callbacks.logger = fmi2CallbackLoggerTYPE(lambda _c, _n, _s, _k, m: said.append(m.decode()))
     callbacks.allocateMemory, callbacks.freeMemory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
-    description = fmpy.read_model_description(str(folder), validate=False)
-    slave = FMU2Slave(
-        guid=description.guid,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        unzipDirectory=str(folder),
-        instanceName="box",
-    )
-    try:
+    told = fmpy.read_model_description(str(box), validate=False)
+    names = {"guid": told.guid, "modelIdentifier": told.coSimulation.modelIdentifier, "instanceName": "box"}
+    slave = FMU2Slave(unzipDirectory=str(box), **names | changes)
+    with contextlib.suppress(Exception):  # fmpy raises a plain one
         slave.instantiate(callbacks=callbacks)
+    return slave
+
+
+def called(slave: FMU2Slave, name: str, *arguments: Any) -> int:
+    """The status of a function of FMI 2.0; numbers that are no float are ints of C."""
+    call = getattr(slave.dll, name)
+    call.argtypes = None
+    return int(call(C.c_void_p(slave.component), *(C.c_double(a) if isinstance(a, float) else a for a in arguments)))
+
+
+def tried(folder: Path, n: int = 1) -> list[str]:
+    """What an instance logs when it is made and makes n steps; nothing if all goes well."""
+    said: list[str] = []
+    slave = made(folder, said)
+    if slave.component is None:
+        return said
+    h = float(fmpy.read_model_description(str(folder), validate=False).defaultExperiment.stepSize)
+    with contextlib.suppress(FMICallException):
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         slave.exitInitializationMode()
-        h = float(description.defaultExperiment.stepSize)
         for k in range(n):
             slave.doStep(k * h, h)
-    except Exception:
-        assert said
-    if slave.component is not None:
-        slave.freeInstance()
+    slave.freeInstance()
     return said
 
 
@@ -288,20 +300,34 @@ LIMITED = [  # line of the system file, place of a number in it, its least and l
 ]
 
 
-@pytest.mark.some(5)
-@pytest.mark.parametrize(("line", "place", "least", "most"), LIMITED)
-def test_a_number_outside_its_limits_is_damage(
-    write: Any, tmp_path: Path, line: str, place: int, least: int, most: int | None
-) -> None:
+def test_a_number_outside_its_limits_is_damage(write: Any, tmp_path: Path) -> None:
     box, file = unpacked(typed(write, 3), tmp_path)
     lines = file.read_text().split("\n")
-    (row,) = (k for k, text in enumerate(lines) if text.startswith(line))
-    words = lines[row].split(" ")
-    for value in [least - 1, *([] if most is None else [most + 1])]:
-        changed = " ".join([*words[:place], str(value), *words[place + 1 :]])
-        file.write_text("\n".join([*lines[:row], changed, *lines[row + 1 :]]))
-        (said,) = tried(box)
-        assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, value)
+    for line, place, least, most in LIMITED:
+        (row,) = (k for k, text in enumerate(lines) if text.startswith(line))
+        words = lines[row].split(" ")
+        for value in [least - 1, *([] if most is None else [most + 1])]:
+            changed = " ".join([*words[:place], str(value), *words[place + 1 :]])
+            file.write_text("\n".join([*lines[:row], changed, *lines[row + 1 :]]))
+            (said,) = tried(box)
+            assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, value)
+
+
+def test_a_parameter_outside_its_type_is_damage(write: Any, tmp_path: Path) -> None:
+    box, file = unpacked(typed(write, 3), tmp_path)
+    head, reference, tail = re.split(r"i (\d+) 1 7\b", file.read_text())
+    real = ["7ff8000000000000", "3FF0000000000000"], ["3ff000000000000", "3ff00000000000000", "3ff000000000000g", "1.0"]
+    words = {"d": real, "f": real, "?": (["0", "1"], ["2", "-1", "01", "true"])}
+    for letter, kind in ((of, k) for k, of in LETTERS[3].items() if of != "s"):
+        low, high = bounds(kind)
+        good, bad = words.get(letter, ([low, 0, high], [low - 1, high + 1, f"{high}x", "x", "1.0"]))
+        for text in [*good, *bad]:
+            file.write_text(f"{head}{letter} {reference} 1 {text}{tail}")
+            (line,) = tried(box) or ("",)
+            called = {"e": "q"}.get(letter, letter)
+            other = f"unit 'x': refuses a parameter: reference {reference} is no variable of type {called}"
+            of_type = "" if letter == "i" else other
+            assert line == of_type if text in good else "is damaged near its byte" in line, (letter, text)
 
 
 @pytest.mark.parametrize("text", ["%4G", "%G4", "%4", "%00", "%4a"])
@@ -326,6 +352,7 @@ def test_a_type_of_another_version_is_damage(write: Any, tmp_path: Path) -> None
         assert said.startswith("resources/system.txt is damaged near its byte "), letter
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_halves_go_to_the_even_number(write: Any, tmp_path: Path, fmi: int) -> None:
     folder = typed(write, fmi)
@@ -407,37 +434,138 @@ def test_outputs_are_known_in_initialization_mode(write: Any, tmp_path: Path) ->
     slave.free()
 
 
-def test_no_step_ends_after_the_stop_time(write: Any, tmp_path: Path) -> None:
-    written(typed(write), tmp_path / "box.fmu")
-    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
-    with pytest.raises(FMICallException):
-        slave.fmu.setupExperiment(startTime=0.0, stopTime=-1.0)
-    slave.fmu.setupExperiment(startTime=0.0, stopTime=2e-3)
-    slave.fmu.enterInitializationMode()
-    slave.fmu.exitInitializationMode()
-    slave.fmu.doStep(0.0, 1e-3)
-    with pytest.raises(FMICallException):
-        slave.fmu.doStep(1e-3, 2e-3)
-    slave.fmu.doStep(1e-3, 1e-3)
-    with pytest.raises(FMICallException):
-        slave.fmu.doStep(2e-3, 1e-3)
-    slave.fmu.reset()
-    slave.start()
-    slave.fmu.doStep(0.0, 3e-3)
-    slave.free()
+H = 1e-3
+STEPS = [  # begin and length of a step of a container with steps of H, in this order; why it is refused
+    (0.0, 0.0, "the step size must be in (0, 1e9] s. Got 0 instead."),
+    (0.0, -H, "the step size must be in (0, 1e9] s. Got -0.001 instead."),
+    (0.0, math.nan, "the step size must be in (0, 1e9] s. Got nan instead."),
+    (0.0, 1.1e9, "the step size must be in (0, 1e9] s. Got 1.1e+09 instead."),
+    (0.0, 1e9, "the step size must be at most 1e9 steps of 0.001 s. Got 1e+09 s instead."),
+    (1.1e-6, H, "is at t = 0 s; the step starts at 1.1e-06 s"),
+    (-1.1e-6, H, "is at t = 0 s; the step starts at -1.1e-06 s"),
+    (math.nan, H, "is at t = 0 s; the step starts at nan s"),
+    (0.0, 0.9e-9, ""),  # rounding of a clock
+    (0.0, 1.1e-9, "the step size must be a whole number of 0.001 s. Got 1.1e-09 s instead."),
+    (0.0, 0.9989e-3, "the step size must be a whole number of 0.001 s. Got 0.0009989 s instead."),
+    (0.0, 1.0011e-3, "the step size must be a whole number of 0.001 s. Got 0.0010011 s instead."),
+    (0.9e-6, 1.0009e-3, ""),
+    (1.0009e-3, 0.9991e-3, ""),  # the clock of the importer is at 2 ms
+    (2e-3, 3 * H, ""),
+    (5e-3, H + 1.1e-6, "the step ends at t = 0.0060011 s, after the stop time 0.006 s"),
+    (5e-3 + 0.9e-6, H + 0.3e-6, "the step ends at t = 0.0060012 s, after the stop time 0.006 s"),
+    (5e-3, H + 0.9e-6, ""),
+    (6e-3 + 0.9e-6, H, "the step ends at t = 0.0070009 s, after the stop time 0.006 s"),
+]
 
 
-def test_a_clock_that_adds_its_steps_is_followed(write: Any, tmp_path: Path) -> None:
-    written(typed(write), tmp_path / "box.fmu")
-    slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
-    slave.start()
-    t, h = 0.0, 1e-3 * (1 + 5e-4)  # as far from the step as after many additions
-    for _ in range(8):
-        slave.fmu.doStep(t, h)
-        t += h
-    with pytest.raises(FMICallException):
-        slave.fmu.doStep(t + 2e-6, h)
-    slave.free()
+def test_steps_follow_the_clock_of_the_importer_to_a_thousandth(write: Any, tmp_path: Path) -> None:
+    said: list[str] = []
+    slave = made(unpacked(typed(write), tmp_path)[0], said)
+    setup = slave.dll.fmi2SetupExperiment
+    for start, stop in ((1.0, 2.0), (0.0, -1e-9), (0.0, math.inf), (0.0, math.nan)):
+        assert setup(slave.component, 0, 0.0, start, 1, stop) == 3
+        late = "starts at t = 0 only", "the stop time must be finite and not before the start time"
+        assert said.pop() == late[start == 0]
+    for stop in (0.0, 6 * H):
+        assert setup(slave.component, 0, 0.0, 0.0, 1, stop) == 0
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    for t, h, line in STEPS:
+        assert slave.dll.fmi2DoStep(slave.component, t, h, 1) == (3 if line else 0), (t, h, said)
+        assert said == [line] * bool(line)
+        said.clear()
+    last, ended = C.c_double(), C.c_int(7)
+    for kind, status in ((0, 2), (1, 2), (2, 0), (3, 2)):
+        assert called(slave, "fmi2GetRealStatus", kind, C.byref(last)) == status
+        assert called(slave, "fmi2GetBooleanStatus", kind, C.byref(ended)) == 2 * (kind != 3)
+    assert (last.value, ended.value) == (6 * H, 0)
+    slave.reset()  # the stop time is gone
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    slave.doStep(0.0, 9 * H)
+    slave.freeInstance()
+    assert said == []
+
+
+def test_an_output_is_read_by_its_own_type(write: Any, tmp_path: Path) -> None:
+    said: list[str] = []
+    box, _ = unpacked(typed(write), tmp_path)
+    slave, told = made(box, said), fmpy.read_model_description(str(box)).modelVariables
+    value = (C.c_double * 2)()
+    for kind in ("Real", "Integer", "Boolean"):
+        get = f"fmi2Get{kind}"
+        for k in range(len(told) + 2):
+            good = k < len(told) and told[k].type == kind
+            assert called(slave, get, C.byref(C.c_uint(k)), C.c_size_t(1), value) == (0 if good else 3)
+            assert said == ([] if good else [f"{get}: no variable has the value reference {k}"])
+            said.clear()
+        for pointers in ((None, value), (value, None)):
+            assert called(slave, get, pointers[0], C.c_size_t(1), pointers[1]) == 3
+            assert said.pop() == f"{get}: a pointer is NULL"
+    slave.freeInstance()
+
+
+def test_a_container_that_cannot_be_made_or_reset(write: Any, tmp_path: Path) -> None:
+    said: list[str] = []
+    box, file = unpacked(typed(write), tmp_path)
+    assert made(box, said, guid="100% a#b").component is None
+    assert said.pop() == "the GUID '100%% a##b' does not belong to this system.txt"
+    slave = made(box, said)
+    assert not slave.dll.fmi2Instantiate(b"box", 0, slave.guid.encode(), b"", slave.callbacks, 0, 0)
+    assert said.pop() == "has no Model Exchange"
+    file.rename(file.with_suffix(".old"))
+    assert slave.dll.fmi2Reset(slave.component) == slave.dll.fmi2Reset(slave.component) == 3
+    assert slave.dll.fmi2Terminate(slave.component) == 3
+    assert said[2:] == ["fmi2Terminate is not allowed now"]
+    file.with_suffix(".old").rename(file)
+    slave.reset()
+    slave.enterInitializationMode()
+    slave.freeInstance()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_an_instance_leaves_no_memory_and_no_library_behind(write: Any, tmp_path: Path, fmi: int) -> None:
+    said: list[str] = []
+    box, _ = unpacked(typed(write, fmi), tmp_path)
+
+    slave = made(box, said)
+    place = f"file://{box / 'resources'}".replace("%", "%25").encode()
+
+    def live() -> None:
+        for token in (slave.guid, "another"):
+            one = slave.dll.fmi2Instantiate(b"box", 1, token.encode(), place, slave.callbacks, 0, 0)
+            assert bool(one) == (token == slave.guid)
+            if one:
+                assert slave.dll.fmi2Reset(one) == 0
+                slave.dll.fmi2FreeInstance(one)
+        said.clear()
+
+    assert leaves_nothing(live)
+    slave.freeInstance()
+    assert str(box / "resources") not in Path("/proc/self/maps").read_text()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_unit_without_a_function_or_that_refuses_a_parameter(write: Any, tmp_path: Path, fmi: int) -> None:
+    box, file = unpacked(typed(write, fmi), tmp_path)
+    library = next((box / "resources" / "units" / "x" / "binaries").rglob("*.so"))
+    whole, text = library.read_bytes(), file.read_text()
+    names = ["Instantiate", "SetupExperiment"] if fmi == 2 else ["InstantiateCoSimulation"]
+    names += ["EnterInitializationMode", "ExitInitializationMode", "Terminate", "FreeInstance", "DoStep"]
+    integer = "Integer" if fmi == 2 else "Int32"
+    for name in [*names, f"Set{integer}", f"Get{integer}", "SetBoolean"]:
+        old = f"\0fmi{fmi}{name}\0".encode()
+        assert old in whole
+        library.unlink()  # one that is loaded must stay as it is
+        library.write_bytes(whole.replace(old, old[:-2] + b"_\0"))
+        line = "refuses a parameter" if name == "SetBoolean" else "its library lacks functions of the standard"
+        assert tried(box) == [f"unit 'x': {line}"], name
+    library.write_bytes(whole)
+    file.write_text(re.sub(r"(parameters 3 s )\d+ ", r"\g<1>99 ", text))
+    assert tried(box) == ["unit 'x': refuses a parameter: reference 99 is no variable of type s"]
+    file.write_text(re.sub(r"(inputs 1 \S+ )\d+ ", r"\g<1>99 ", text))
+    assert tried(box) == ["unit 'x': refuses the initialisation: reference 99 is no variable of type ?"]
 
 
 @pytest.mark.parametrize("limit", ["needsExecutionTool", "canBeInstantiatedOnlyOncePerProcess"])
@@ -479,29 +607,46 @@ PHASES = {
     ("fmi2GetBooleanStatus", 3, None): "stepping ended",
     ("fmi2Terminate",): "stepping",
     ("fmi2Reset",): "made initializing stepping ended",
+    ("fmi2SetDebugLogging", 0, 0, None): "made initializing stepping ended",
 }
 WAY = ["EnterInitializationMode", "ExitInitializationMode", "Terminate"]
 
 
+ABSENT = ["GetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize", "SerializeFMUstate"]
+ABSENT += ["DeSerializeFMUstate", "GetDirectionalDerivative", "CancelStep"]
+NONE = ["SetReal", "SetInteger", "SetBoolean", "GetString", "SetString"]
+NONE += ["SetRealInputDerivatives", "GetRealOutputDerivatives"]
+
+
 def test_a_call_outside_its_phase_is_an_error(write: Any, tmp_path: Path) -> None:
+    said: list[str] = []
     box, _ = unpacked(typed(write), tmp_path)
-    description = fmpy.read_model_description(str(box))
-    identifier = description.coSimulation.modelIdentifier
-    made = {"guid": description.guid, "unzipDirectory": str(box), "modelIdentifier": identifier}
     for at, phase in enumerate(("made", "initializing", "stepping", "ended")):
-        for (name, *arguments), phases in PHASES.items():
-            said: list[str] = []
-            callbacks = fmi2CallbackFunctions()
-            callbacks.logger = fmi2CallbackLoggerTYPE(lambda _c, _n, _s, _k, m, said=said: said.append(m.decode()))
-            slave = FMU2Slave(instanceName="box", **made)
-            slave.instantiate(callbacks=callbacks)
+
+        def there(at: int = at) -> FMU2Slave:
+            slave = made(box, said)
             for step in WAY[:at]:
                 assert getattr(slave.dll, f"fmi2{step}")(slave.component) == 0
-            call = getattr(slave.dll, name)
-            call.argtypes = None
-            typed_arguments = [C.c_double(a) if isinstance(a, float) else a for a in arguments]
-            status = call(C.c_void_p(slave.component), *typed_arguments)
+            return slave
+
+        for (name, *arguments), phases in PHASES.items():
+            status = called(slave := there(), name, *arguments)
+            slave.freeInstance()
             refused = said == [f"{name} is not allowed now"]
             assert refused == (phase not in phases.split()), (name, phase, status, said)
             assert (status == 3) == refused
-            slave.freeInstance()
+            said.clear()
+        slave = there()
+        for name in ABSENT:
+            assert called(slave, f"fmi2{name}", None, None, None) == 3
+            assert said.pop() == f"fmi2{name} is not available: not declared"
+        for name in NONE:
+            assert called(slave, f"fmi2{name}", None, C.c_size_t(0), None, None) == 0
+            assert called(slave, f"fmi2{name}", None, C.c_size_t(1), None, None) == 3
+            assert said.pop() == f"fmi2{name}: there is no such variable"
+        for name in ("Status", "IntegerStatus", "StringStatus"):
+            assert called(slave, f"fmi2Get{name}", 0, None) == 2
+        slave.freeInstance()
+    library = made(box, said).dll
+    library.fmi2GetVersion.restype = library.fmi2GetTypesPlatform.restype = C.c_char_p
+    assert (library.fmi2GetVersion(), library.fmi2GetTypesPlatform()) == (b"2.0", b"default")

@@ -256,10 +256,9 @@ def test_a_source_that_is_slow_by_its_own_choice_says_so(write: Any) -> None:
     assert hy.run([write(data)], engine="native")[0].notes == ()
 
 
-@pytest.mark.parametrize(
-    ("fmi", "any_step"),
-    [(3, False), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((2, False), (3, True), (2, True)))],
-)
+@pytest.mark.some(1)
+@pytest.mark.parametrize("any_step", [False, True])
+@pytest.mark.parametrize("fmi", [2, 3])
 def test_an_fmu_of_others_is_cut_if_it_says_that_it_can(write: Any, tmp_path: Path, fmi: Any, any_step: bool) -> None:
     data = behind(STEP, "d", {}, ("lag", "source"), "zoh")
     system = ready(write(data))

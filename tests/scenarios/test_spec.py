@@ -225,6 +225,10 @@ def many(n: int, value: Any) -> dict[str, Any]:
         (ScenarioSpec, WHOLE, "step", [TINY], [0.0, math.inf]),
         (ScenarioSpec, WHOLE, "stop", [TINY], [0.0]),
         (ScenarioSpec, WHOLE, "ripple", [1, 1000], [0, 1001]),
+        (ScenarioSpec, WHOLE, "order", [["a"], ["a"] * 200], [[], ["a"] * 201]),
+        (ScenarioSpec, WHOLE, "guard", [1.0], [1.0 - 1e-15, math.inf]),
+        (MarginsSpec, CORNERS, "expected_unstable", [["a"] * 100], [["a"] * 101]),
+        (MarginsSpec, {}, "corners", [["*"] * 100, ["a" * 64]], [["*"] * 101, ["a" * 65]]),
         (ScenarioSpec, WHOLE, "tolerance", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
         (ScenarioSpec, WHOLE, "units", [many(200, UNIT)], [{}, many(201, UNIT)]),
         (ScenarioSpec, WHOLE, "metrics", [many(100, METRIC)], [{}, many(101, METRIC)]),
@@ -251,7 +255,7 @@ def test_what_a_file_leaves_away() -> None:
     assert (case.stop, case.after, case.coupling, case.set, case.conditions) == (None, None, None, {}, [])
     assert (s.ripple, s.final_states, s.tube, s.record, s.loops, s.margins) == (1, False, None, [], [], None)
     assert TubeSpec.model_validate({"value": 0.5}).time == 0.0
-    assert 0 < s.tolerance < 1e-3
+    assert s.tolerance == 1e-6
 
 
 def test_the_length_of_a_run(loop: Any, write: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -202,6 +202,7 @@ def test_a_container_fmu_of_the_archive_has_the_same_bits(archive: Path, tmp_pat
     assert np.array_equal(result[y], ours)
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("connectors", [False, True])
 @pytest.mark.parametrize("separate", [False, True])
 def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, connectors: bool, separate: bool) -> None:
@@ -220,6 +221,7 @@ def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, conn
     assert run_ssp(path, "native").passed
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     path = write_ssp(Cases(write(loop)).cases[0], tmp_path / "loop.ssp", version="2.0", fmi=fmi).path

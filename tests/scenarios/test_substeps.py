@@ -56,6 +56,7 @@ def held(trace: Trace, substeps: int, inputs: Any) -> np.ndarray:
     return np.array(y)
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("scheme", ["gauss_seidel", "jacobi", "iterative"])
 @pytest.mark.parametrize("substeps", [1, 3, 10])
 def test_substeps_hold_the_input_of_the_step(write: Any, scheme: str, substeps: int) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
@@ -31,6 +32,7 @@ from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report import terminal
 from hystfmu.scenario.report.compare import compare_reports
 from hystfmu.scenario.report.page import write_junit
+from hystfmu.scenario.running import Results
 
 
 def run(folder: Path, **more: Any) -> Result:
@@ -258,6 +260,12 @@ def test_several_scenarios_have_a_line_each() -> None:
     assert cells(lines[-4]) == cells("q 1 of 1 c m 0.1 1 unstable unstable 0.25")
     assert cells(lines[-3]) == cells("r 0 of 1 c stopped 0.25")
     assert lines[-1] == "3 of 4 cases passed"
+    html = Results(some)._repr_html_()
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in html.split("</tr>")]
+    assert [len(row) for row in rows] == [0, 6, 6, 6, 6, 0]
+    assert (rows[2], rows[4]) == (["p", "d", "m", "0.9", "1", "passed"], ["r", "c", "", "", "", "stopped"])
+    assert html.endswith("<ul><li>r/c: stopped</li></ul>")
+    assert repr(Results(some)) == "Results(4 cases, 3 passed; failed: r/c)"
     plain = [replace(r, loop=None) for r in some]
     assert "Ms" not in terminal.verdicts(plain)
 

@@ -6,6 +6,7 @@ import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,13 +21,14 @@ import hystfmu as hy
 from hystfmu import Graph, Input, Node, Output
 from hystfmu.base.arrays import Array
 from hystfmu.design.feedforward import preview
-from hystfmu.design.plants import Plant
+from hystfmu.design.plants import Plant, plant_set
+from hystfmu.design.race import Aim
 from hystfmu.scenario.loop.table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import FINE, device, plant_model, reach, reference_frequency
 from hystfmu.start.excitation import DRAWS, _path, excitation, information
 from hystfmu.start.loop import LoopPlan
-from hystfmu.start.promise import HARMONICS, Misfit
+from hystfmu.start.promise import HARMONICS, Misfit, misfit, promises
 from hystfmu.start.references import references
 from hystfmu.start.requirements import Requirements, Wanted
 from hystfmu.start.run import drawn
@@ -127,6 +129,30 @@ def test_a_reference_is_read_from_a_file(tmp_path: Path) -> None:
     (tried,) = plan(1, Wanted.of(str(tmp_path / "r.csv"))).tried
     assert (tried.offset, tried.amplitude) == pytest.approx((30.0, 5.0), rel=1e-3)
     assert tried.stop == pytest.approx(0.799)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_the_residual_of_small_strokes_counts_for_those_of_the_references(share: float) -> None:
+    """A gain that is 1 % off: references have 0.8 times the range, whatever the strokes of the record are."""
+    u = 50 + np.where(K < 50, 1.0, share) * 50 * np.sin(2 * np.pi * K / 50)
+    model = hy.Model("device", Graph.single(Node("a", "scaling", {"n": 1}, {"gain": 1.0})), H)
+    found = misfit(model, hy.Dataset(H * K, u, 1.01 * u), 20.0, 0.0, Plant())
+    assert found.rms == pytest.approx(0.01 * 0.8 * 50 / np.sqrt(2), rel=0.03)
+
+
+@pytest.mark.parametrize(("harmonics", "left"), [(6, 0.588), (10, 0.169), (60, 0.0)])
+def test_the_error_of_a_corner_counts_above_the_band(harmonics: int, left: float) -> None:
+    """RMS of a triangle with rounded turns above its harmonics, in percent of peak to peak; a sine has none there."""
+    u = 50 + 50 * np.sin(2 * np.pi * K / 50)
+    for shape in ("triangle", "sine"):
+        loop = plan(1, Wanted(shape))
+        found = replace(loop.found, plant=Plant((200.0,), (0.1,), (1.0,)), band=harmonics * loop.found.frequency)
+        plants = plant_set(found.plant, H, (1.0, 1.0), errors=((0.0, 0.0, 0.0),))
+        aim = Aim(found.frequency * HARMONICS, np.zeros(len(HARMONICS)), np.zeros(len(HARMONICS)))
+        run = SimpleNamespace(case=shape, value=lambda metric: 0.1)
+        (said,) = promises(found, plants, aim, None, loop.tried, [run], hy.Dataset(H * K, u, u), found.model)
+        assert said.rms_percent == pytest.approx(np.hypot(0.1, left * (shape == "triangle")), abs=3e-3)
+        assert said.bound_percent == pytest.approx(2 * said.rms_percent)
 
 
 # ---- light stage -----------------------------------------------------------------------------------------------------

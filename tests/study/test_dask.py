@@ -54,7 +54,7 @@ def units_of(scratch: Path) -> list[Path]:
     return list(scratch.glob("*/worker-*/hystfmu_run_*"))
 
 
-@pytest.mark.some(1)
+@pytest.mark.stress
 @pytest.mark.parametrize("interrupted", [False, True])
 def test_workers_keep_nothing_of_a_study(
     write: Any, tmp_path: Path, scratch: Path, address: str, interrupted: bool

@@ -204,6 +204,7 @@ def test_the_feedforward_of_a_scan_makes_the_dynamics_follow_it() -> None:
     assert np.abs(scan_harmonics(beyond, 0.2)).sum() <= 0.01  # of which the cut tones are the most
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("file", "limit", "median"), [("draws_5", 0.55, 0.36), ("draws_20", 2.0, 0.85)])
 def test_draws_of_today_track(file: str, limit: float, median: float) -> None:
     """Eight stages that no file knows: the quantiles of 1000 draws, with room for the few."""

@@ -24,7 +24,7 @@ from hystfmu.studies.task import sampler
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 LOOPS = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.glob("**/hard.study.toml"))
 QUICK = ("internal_model", "pid", "stage/irc", "stage/ppf")
-DRAWS = 30
+DRAWS = 10  # of 30 rows
 STABLE = sorted(f.parent.relative_to(SCENARIOS).as_posix() for f in SCENARIOS.glob("**/stable.study.toml"))
 
 

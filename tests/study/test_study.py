@@ -1,19 +1,25 @@
 """Studies: closed-form results, sampling, invalid studies, and one table for all engines and numbers of workers."""
 
+import itertools
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from click.testing import CliRunner
-from scipy.stats import spearmanr
+from scipy.stats import qmc, spearmanr
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
+from hystfmu.studies import task
 from hystfmu.studies.report import sensitivity
+from hystfmu.studies.spec import Study
+from hystfmu.studies.task import Asked, sampler
 
 pq = pytest.importorskip("pyarrow.parquet")
 
@@ -26,8 +32,12 @@ def expected(row: dict[str, Any]) -> float:
 
 
 def test_grid_against_the_closed_form(write: Any, tmp_path: Path) -> None:
-    outcome = hy.study(write(), tmp_path / "out", workers=2)
-    assert len(outcome.rows) == 4 * 3 * 2
+    told: list[tuple[int, int, float]] = []
+    outcome = hy.study(write(), tmp_path / "out", workers=2, progress=lambda *of: told.append(of))
+    assert len(outcome.rows) == outcome.ran == 4 * 3 * 2
+    assert [of[:2] for of in told] == [(k, 24) for k in range(1, 25)]
+    # the rate is that of the rows until then
+    assert all(0 < of[0] / of[2] <= outcome.seconds for of in told)
     assert not outcome.failed
     for row in outcome.rows:
         assert row["metrics"]["peak"] == row["values"]["command.step"]
@@ -39,8 +49,11 @@ def test_grid_against_the_closed_form(write: Any, tmp_path: Path) -> None:
     assert table.column("metric:last").to_pylist() == [row["metrics"]["last"] for row in outcome.rows]
     page = outcome.report.read_text()
     assert "rank correlation" in page
-    for title in ("last over command.step", "distribution of last", "distribution of peak"):
-        assert title in page
+    titles = "last over command.step", "distribution of last", "distribution of peak", "of the variations", "all 12"
+    assert [title for title in titles if title not in page] == []
+    sections = json.loads((tmp_path / "out" / "report.json").read_text())["sections"]
+    assert [s["title"] for s in sections] == ["", "All variations", "Case one", "Case half"]
+    assert len(sections[2]["tables"][-1]["rows"]) == 10  # of the worst
     assert repr(outcome) == f"Outcome(24 rows, 0 failed, '{outcome.table}')"
 
 
@@ -50,19 +63,29 @@ def test_margins_of_a_case_that_does_not_run_are_refused(write: Any, tmp_path: P
     assert not (tmp_path / "out").exists()
 
 
-def test_the_table_does_not_depend_on_workers_or_engine(write: Any, tmp_path: Path) -> None:
+def test_the_table_does_not_depend_on_workers_or_engine_and_no_unpacked_units_stay(
+    write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setenv("TMPDIR", str(scratch))
+    monkeypatch.setattr("tempfile.tempdir", None)
     tables = [
         hy.study(write(engine=engine), tmp_path / f"{engine}{n}", workers=n).table.read_bytes()
         for engine, n in (("native", 1), ("native", 2), ("fmpy", 1))
     ]
     assert tables[0] == tables[1] == tables[2]
+    assert list(scratch.iterdir()) == []
 
 
 def test_a_second_call_runs_nothing_and_a_larger_study_only_what_is_new(write: Any, tmp_path: Path) -> None:
     first = hy.study(write(method="sobol", n=8), tmp_path / "out", workers=1)
     assert first.ran == 16
     assert hy.study(write(method="sobol", n=8), tmp_path / "out", workers=1).ran == 0
-    more = hy.study(write(method="sobol", n=16), tmp_path / "out", workers=1)
+    told: list[int] = []
+    study = write(method="sobol", n=16)
+    more = hy.study(study, tmp_path / "out", workers=1, progress=lambda done, *of: told.append(done))
+    assert told == list(range(17, 33))
     assert more.ran == 16
     assert [r["id"] for r in more.rows[:16]] == [r["id"] for r in first.rows]
 
@@ -77,10 +100,22 @@ def test_a_repeated_variation_runs_once(write: Any, tmp_path: Path) -> None:
     assert hy.study(path, tmp_path / "out", workers=1).ran == 0
 
 
-def test_latin_hypercube_has_one_point_in_every_stratum(write: Any, tmp_path: Path) -> None:
-    outcome = hy.study(write(method="latin_hypercube", n=10, seed=3), tmp_path / "out", workers=1)
-    x = sorted({row["values"]["command.step"] for row in outcome.rows})
-    assert [int((v - 1.0) / 0.3) for v in x] == list(range(10))
+@pytest.mark.parametrize(
+    ("method", "points"),
+    [
+        ("random", lambda: np.random.default_rng(7).random((12, 2))),
+        ("sobol", lambda: qmc.Sobol(2, seed=7).random(16)[:12]),
+        ("latin_hypercube", lambda: qmc.LatinHypercube(2, seed=7).random(12)),
+        ("grid", lambda: np.array(list(itertools.product([0, 1], [0])))),
+    ],
+)
+def test_the_variations_of_a_method(write: Any, method: str, points: Any) -> None:
+    parameters = {"command.step": {"range": [1.0, 4.0], "steps": 2}, "lag.b": {"scale": [0.5, 2.0], "steps": 1}}
+    made = sampler(Study(write(method=method, n=12, seed=7, parameters=parameters)))
+    (rows,) = made.batches()
+    want = [1.0, 0.5] + [3.0, 1.5] * points()
+    assert np.array([list(r.values()) for r in rows]) == pytest.approx(want, rel=1e-12)
+    assert (made.n, list(rows[0]), made.outside(0)) == (len(want), list(parameters), "")
 
 
 def test_a_refused_variation_is_a_row_with_its_reason(write: Any, tmp_path: Path) -> None:
@@ -99,16 +134,6 @@ def test_a_parameter_that_no_unit_has_is_refused_before_anything_runs(write: Any
     assert not (tmp_path / "out").exists()
 
 
-def test_a_study_by_fmpy_leaves_no_unpacked_units_behind(write: Any, tmp_path: Path, monkeypatch: Any) -> None:
-    scratch = tmp_path / "scratch"
-    scratch.mkdir()
-    monkeypatch.setenv("TMPDIR", str(scratch))
-    monkeypatch.setattr("tempfile.tempdir", None)
-    path = write(engine="fmpy", parameters={"command.step": {"values": [1.0, 2.0]}})
-    assert {r["status"] for r in hy.study(path, tmp_path / "out", workers=1).rows} == {"ok"}
-    assert list(scratch.iterdir()) == []
-
-
 def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path) -> None:
     """The result is close to the lower bound and does not depend on the number of workers."""
     pytest.importorskip("optuna")
@@ -118,7 +143,33 @@ def test_optuna_finds_the_smallest_within_the_limits(write: Any, tmp_path: Path)
     assert outcome.table.read_bytes() == again.table.read_bytes()
     best = min(r["metrics"]["last"] for r in outcome.rows if r["case"] == "one")
     assert best < 0.6  # of a range from 0.43 to 7
+    assert [r["variation"] for r in outcome.rows] == [k // 2 for k in range(48)]  # over three batches
     assert "best variation" in outcome.report.read_text()
+
+
+def test_optuna_is_told_what_failed_and_what_breaks_a_limit(write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("optuna")
+    made = SimpleNamespace(excess=lambda values: {"Ms_db": values["command.step"] - 3.0, "radius": -1.0})
+    monkeypatch.setattr(task, "LoopLimits", lambda study, loop: made)
+    objective = {"metric": "last", "limits": {"peak": 2.0}, "loop": {"case": "one"}}
+    study = {"method": "optuna", "n": 20, "objective": objective, "parameters": {"command.step": {"range": [1, 4]}}}
+    asked, sizes = Asked(Study(write(**study))), list[int]()
+    for batch in asked.batches():
+        steps = [values["command.step"] for values in batch]
+        sizes.append(len(batch))
+        assert [asked.outside(k) for k in range(len(batch))] == ["Ms_db" if v > 3 else "" for v in steps]
+        metrics = [({"last": v, "peak": v / 2}, {"last": v, "peak": v}) if v > 1.5 else ({}, {}) for v in steps]
+        asked.tell([[{"case": c, "metrics": m} for c, m in zip(("one", "half"), of, strict=True)] for of in metrics])
+    assert sizes == [8, 8, 4]
+    found = set()
+    for trial in asked._asker.trials:
+        v = trial.params["command.step"]
+        state = "PRUNED" if v > 3 else "COMPLETE" if v > 1.5 else "FAIL"
+        peak = {"PRUNED": {}, "COMPLETE": {"peak": v - 2}, "FAIL": {"peak": math.inf}}[state]
+        assert (trial.state.name, trial.value) == (state, v if state == "COMPLETE" else None)
+        assert trial.constraints == {"Ms_db": v - 3.0, "radius": -1.0} | peak
+        found.add(state)
+    assert len(found) == 3
 
 
 def test_a_variation_that_diverges_leaves_a_report(write: Any, tmp_path: Path) -> None:
@@ -176,6 +227,7 @@ def test_sensitivity_is_spearmans() -> None:
         ({"parameters": {"lag": {"second_order": {"gain": [1, 1], "f_n": [1, 2], "zeta": [1, 2]}}}}, "gain must rise"),
         ({"limits": {"two": {}}}, "no case 'two'; there are one, half"),
         ({"limits": {"one": {"Ms_db": 6.0}}}, "limits.one: no metric 'Ms_db'; there are last, peak"),
+        ({"extends": "study.toml"}, "extends: at most 8 files may extend each other"),
         ({"extends": "/etc/study.toml"}, "must be a path relative to the scenario"),
         ({"method": "optuna", "objective": {"metric": "last", "targets": {"two": 1.0}}}, "targets: no case 'two'"),
         ({"method": "optuna", "objective": {"metric": "worst"}}, "no metric 'worst'; there are last, peak"),
@@ -188,6 +240,19 @@ def test_bad_studies_are_one_line(write: Any, tmp_path: Path, change: dict[str, 
     assert message in result.output
     assert len(result.output.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_tables_merge_along_a_chain_of_eight_files(write: Any) -> None:
+    path = write()
+    for k in range(7):
+        (path.parent / f"{k}.toml").write_text(path.read_text())
+        own = (
+            {"extends": f"{k}.toml", "limits": {"one": {"last": float(k)}}} if k != 3 else {"n": k, "extends": "3.toml"}
+        )
+        path.write_text(tomli_w.dumps(own | {"parameters": {f"lag.a{k}": {"values": [1.0]}}}))
+    spec = Study(path).spec
+    assert (spec.n, spec.limits) == (3, {"one": {"last": 6.0}})
+    assert list(spec.parameters) == ["command.step", "lag.b", *(f"lag.a{k}" for k in range(7))]
 
 
 def test_a_grid_of_more_than_ten_million_points_is_refused(write: Any, tmp_path: Path) -> None:

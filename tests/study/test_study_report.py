@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hystfmu.base.errors import InputError
 from hystfmu.report.page import Section
 from hystfmu.studies import figures, report, summary
 from hystfmu.studies.figures import Effects
@@ -84,7 +85,7 @@ def test_dots_over_the_three_strongest(limit: float | None) -> None:
 
 
 def test_dots_without_effects_or_without_change() -> None:
-    x = np.column_stack([np.arange(4.0), np.ones(4)])
+    x = np.column_stack([np.arange(4.0) / 4, np.ones(4)])
     plots = figures.scatter("m", "m", ["p", "q"], x, np.array([1.0, 2, 1, 2]), found(0.0, 0.0), 0, 9.0)
     assert [p.x_label for p in plots] == ["p"]
     assert [line.name for line in plots[0].lines] == ["within the limit", "limit"]
@@ -124,17 +125,15 @@ def case(name: str = "a") -> Any:
 
 def study(limits: Any = None, **spec: Any) -> Any:
     given = {
-        "method": "random",
-        "objective": None,
-        "limits": {},
-        "text": "Text.",
-        "parameters": {"p": 1, "q": 1},
-    } | spec
+        "method": "random", "objective": None, "limits": {}, "text": "Text.", "parameters": {"p": 1, "q": 1},
+        "scenario": "x",
+    } | spec  # fmt: skip
     return SimpleNamespace(
         limits=lambda of: (limits or {}).get(of.name, {}),
         spec=SimpleNamespace(**given),
         parameters={k: ParameterSpec.model_validate({"range": [0.0, 10.0]}) for k in "pq"},
         seed=3,
+        file=Path("studies/s.toml"),
         settings=lambda values: values,
     )
 
@@ -165,6 +164,10 @@ def test_a_line_for_each_draw_across_its_values() -> None:
     assert tuned.good.tolist() == (reached <= np.median(reached)).tolist()
     assert tuned.words == ("lower half of score", "upper half")
     assert figures.all_draws(study(), LABELS, [case()], rows[:1]) is None
+    many = figures.all_draws(study(), LABELS, [case()], [row(k, 1.0) for k in range(400)])
+    assert many is not None
+    assert many.title.startswith("300 of 400 variations, ")
+    assert (many.axes[0].hi * many.axes[0].at)[[0, 1, 150, 299]] == pytest.approx([0, 1, 200, 399])
 
 
 def test_an_axis_ends_at_ten_times_the_limit_and_begins_at_one() -> None:
@@ -190,9 +193,10 @@ def objective(**more: Any) -> Any:
 def test_scores_of_variations_within_all_limits() -> None:
     rows = [row(0, 2.0), row(0, 3.0, "b"), row(1, 1.0), row(1, 9.0, "b"), row(2, 1.0), row(2, 0.0, "b", "timeout")]
     rows += [row(3, 0.6), row(3, 0.5, "b"), row(4, 5.0), row(4, 5.0, "b")]
+    rows += [row(5, 4.0), row(5, 5.0, "b")]  # both at their limits
     of = study(objective=objective(limits={"m": 5.0}), limits={"a": {"m": 4.0}})
     of.spec.limits = {"a": {"m": 4.0}}
-    assert report._scores(of, rows) == {0: 3.0, 3: 0.6}
+    assert report._scores(of, rows) == {0: 3.0, 3: 0.6, 5: 5.0}
     best = report.best_variation(of, rows)
     assert best is not None
     assert (best["variation"], best["case"]) == (3, "a")
@@ -204,19 +208,76 @@ def test_the_answer_comes_first() -> None:
     rows = [row(0, 2.0), row(1, 1.0), row(2, 1.0, status="timeout"), row(3, 1.0, status="outside")]
     rows += [row(k, 1.0, status="refused") for k in range(4, 16)]
     told = summed(spread("m", 0.5), spread("n", None), spread("none", 0.0))
-    section: Section = report._answer(study(), LABELS, None, rows, told)
+    of = study()
+    of.parameters["q"] = ParameterSpec.model_validate({"values": [3.0, 1.0, 2.0]})
+    section: Section = report._answer(of, LABELS, None, rows, told)
     assert section.text == f"{told.sentence} Text."
     limits, ranges, failed = section.folded
     assert limits.rows == [["a", "m", 2.0, 50.0, *PERCENT, 5.0], ["a", "none", 2.0, 0.0, *PERCENT, 5.0]]
-    assert ranges.rows == [["p (V)", 0.0, 10.0], ["q", 0.0, 10.0]]
+    assert ranges.rows == [["p (V)", 0.0, 10.0], ["q", 1.0, 3.0]]
     assert ranges.caption == "16 runs by random, seed 3; 13 failed, 1 left out by the limits of the loop"
     assert [r[0] for r in failed.rows] == [2, *range(4, 13)]
-    assert len(section.plots) == 1
-    tuned = report._answer(study(objective=objective()), LABELS, None, rows[:2], None)
-    assert tuned.text == "Variation 1 is the best: max of m = 1 at p (V) 1, q 1. Text."
+    assert [plot.title for plot in section.plots] == ["variations inside the limits, with 95 % intervals"]
+    tuned = report._answer(study(objective=objective(targets={"a": 0.5})), LABELS, None, rows[:2], None)
+    assert tuned.text == "Variation 1 is the best: max of m / target = 2 at p (V) 1, q 1. Text."
     assert tuned.folded[1].rows == [["p (V)", 1.0], ["q", 1.0]]
     assert tuned.folded[0].caption == "2 runs by random, seed 3; 0 failed"
-    assert len(tuned.plots) == 1
+    assert [plot.title for plot in tuned.plots] == ["objective of the variations"]
+
+
+def test_the_section_of_a_case_has_its_plots_and_tables(tmp_path: Path) -> None:
+    rows = [row(k, 0.0, p=float(k % 8), q=float(k // 8)) for k in range(64)]
+    for r in rows:
+        p, q = r["values"].values()
+        r["metrics"] = {"free": q / 10, "m": p, "n_db": p + q / 2, "still": 1.0} | {f"x{k}": p + k for k in range(25)}
+    lost = row(64, 0.0, status="timeout", p=1.0, q=2.0)
+    of, worst = study({"a": {"m": 7.0, "n_db": 3.0}}), [lost, rows[5]]
+    made = report.StudyCase(of, LABELS, case(), rows, worst)
+    assert made.share() == np.mean(made.y[:, 2] <= 3.0)
+    assert list(made.by_effect(LABELS)) == ["q", "p"]
+    bars = made.decides()
+    assert bars is not None
+    assert bars.title == "what decides a: n_db: total effect, in full colour what it does alone"
+    assert made.objective() == ("n_db in dB", {r["variation"]: r["metrics"]["n_db"] for r in rows})
+    assert report.StudyCase(study(), LABELS, case(), rows, worst).share() == 1.0
+    told = summed(spread("m", 0.5), spread("free", None), spread("other", 0.5, "b"))
+    section = made.section(told, tmp_path)
+    assert section.title == "Case a"
+    names = ["free", "m", "n_db", *(f"x{k}" for k in range(25))]  # what does not change has no distribution
+    assert [plot.title for plot in section.plots] == [
+        "n_db over p (V)", "n_db over q", *(f"distribution of {k}" for k in names[:22])
+    ]  # fmt: skip
+    assert [line.name for line in section.plots[3].lines] == ["share of the variations", "limit"]
+    spreads, first, total, ranks, listed, again = section.folded
+    assert spreads.head == ["metric", "5 %", "50 %", "95 %", "99 %", "worst", "limit"]
+    assert spreads.rows == [["m", *PERCENT, 5.0, 2.0], ["free", *PERCENT, 5.0, "-"]]
+    assert [r[:5] for r in first.rows] == [
+        ["p (V)", 0.0, 1.0, 0.8, 0.0], ["q", 1.0, 0.0, 0.2, 0.0],
+        ["explained by the fitted polynomial, for a run left out", 1.0, 1.0, 1.0, 0.0],
+    ]  # fmt: skip
+    assert [r[:5] for r in total.rows] == [r[:5] for r in first.rows[:2]]
+    assert [r[1:3] for r in ranks.rows] == [[0.0, 1.0], [1.0, 0.0]]
+    assert list(listed.head[:5]) == ["row", "p (V)", "q", "free", "m"]
+    assert [r[:5] for r in listed.rows] == [[64, 1.0, 2.0, "-", "-"], [5, 5.0, 0.0, 0.0, 5.0]]
+    assert again.rows[1] == [5, "hystfmu run studies/x --case a --set p=5.0 --set q=0.0", "worst/a-5.json"]
+    assert len(made.section(None, tmp_path).folded) == 5
+
+
+def test_distributions_and_html_of_few_metrics_and_failures() -> None:
+    rows = [{**row(k, 0.0), "metrics": {f"m{j}": float(j + k) for j in range(7)}} for k in range(3)]
+    rows += [{**row(3, 0.0, "b"), "metrics": {"m0": 4.0, "m1": math.inf}}, row(4, 0.0, status="timeout")]
+    plots = figures.distributions(rows, None).plots
+    assert [plot.title for plot in plots] == [f"distribution of m{j}, a" for j in range(6)]
+    limited = summed(spread("m1", 0.5), spread("m0", 0.5, "b"), spread("m1", 0.5, "b"), spread("m3", None))
+    first, second = figures.distributions(rows, limited).plots
+    assert (first.title, first.lines[0].x.tolist(), len(first.lines)) == ("distribution of m1, a", [1.0, 2.0, 3.0], 2)
+    assert (second.title, second.x_label) == ("distribution of m0, b", "m0")
+    with pytest.raises(InputError, match="must have a run that succeeded to plot"):
+        figures.distributions(rows[4:], limited)
+    html = figures.outcome_html(limited, [row(k, 0.0, status="stopped") for k in range(7)], [Path("<a>"), Path("b")])
+    assert html.count("stopped") == 5
+    assert [word in html for word in ("7 runs failed", limited.sentence, "<p>&lt;a&gt;</p><p>b</p>")] == [True] * 3
+    assert figures.outcome_html(None, [], [Path("b")]) == "<p>b</p>"
 
 
 def test_percentiles_for_the_terminal() -> None:
@@ -273,23 +334,29 @@ def test_the_worst_rows_of_a_case_come_first():
 
 
 @pytest.mark.parametrize(
-    ("status", "metrics", "unstable"),
+    ("status", "metrics", "limits", "unstable"),
     [
-        ("stopped", {}, True),
-        ("timeout", {}, False),
-        ("ok", {"r": 25.0, "x": 50.0, "radius": 0.999}, False),
-        ("ok", {"r": 25.1}, True),
-        ("ok", {"x": 50.1}, True),
-        ("ok", {"r": math.nan}, True),
-        ("ok", {"radius": 1.0}, True),
-        ("ok", {"radius": math.nan}, True),
-        ("ok", {"other": 99.0}, False),
-        ("ok", {}, False),
+        ("stopped", {}, {}, True),
+        ("timeout", {}, {}, False),
+        ("ok", {"r": 25.0, "x": 50.0, "radius": 0.999}, {}, False),
+        ("ok", {"r": 25.1}, {}, True),
+        ("ok", {"x": 50.1}, {}, True),
+        ("ok", {"r": math.nan}, {}, True),
+        ("ok", {"radius": 1.0}, {}, True),
+        ("ok", {"radius": math.nan}, {}, True),
+        ("ok", {"other": 99.0}, {}, False),
+        ("ok", {}, {}, False),
+        ("ok", {"r": 83.0, "x": 100.0}, {"r": 90.0}, False),  # a jump
+        ("ok", {"r": 91.0, "x": 100.0}, {"r": 90.0}, True),
+        ("ok", {"r": 20.0, "x": 51.0}, {"r": 10.0}, True),
+        ("ok", {"r": math.nan}, {"r": 90.0}, True),
+        ("ok", {"r": 30.0}, {"other": 1.0}, True),  # no limit of an error
+        ("ok", {"r": 30.0, "radius": 1.0}, {"r": 90.0}, True),
     ],
 )
-def test_a_lost_reference_or_a_pole_outside_is_unstable(status, metrics, unstable):
+def test_a_lost_reference_or_a_pole_outside_is_unstable(status, metrics, limits, unstable):
     of = system(r="rms_percent", x="max_percent", other="peak")
-    assert summary.is_unstable(of, outcome(status=status, **metrics)) is unstable
+    assert summary.is_unstable(of, outcome(status=status, **metrics), limits) is unstable
 
 
 def test_the_outcome_of_a_variation_over_its_cases():
@@ -387,3 +454,30 @@ def test_what_is_explained_is_the_leave_one_out_error():
             errors.append(y[k] - A[k] @ np.linalg.lstsq(A[rest], y[rest], rcond=None)[0])
         best = max(best, 1 - np.mean(np.square(errors)) / y.var())
     assert figures.effects(x, y[:, None]).explained[0] == pytest.approx(best, rel=1e-6)
+
+
+@pytest.mark.parametrize(("n", "degree", "fits"), [(8, 3, True), (7, 3, False), (100, 12, True), (100, 13, False)])
+def test_the_degree_ends_at_twelve_and_with_two_runs_for_a_term(n: int, degree: int, fits: bool) -> None:
+    x = draws(n, 1)
+    y = np.polynomial.legendre.legval(2 * x - 1, np.eye(14)[degree])
+    assert (figures.effects(x, y).explained[0] > 0.999) == fits
+
+
+def test_a_term_more_than_three_hundred_or_a_share_of_a_ten_thousandth_is_left() -> None:
+    x = draws(600, 23)
+    assert figures.effects(x, x[:, :1] * x[:, 1:2]).explained[0] == pytest.approx(1.0)  # 300 terms
+    more = draws(650, 24)
+    assert figures.effects(more, more[:, :1] * more[:, 1:2]).explained[0] < 0.99  # 325
+    one = draws(500, 1)
+    bent = np.sqrt(5) / 2 * (3 * legendre(one) ** 2 / 3 - 1)
+    for part, exact in ((0.005, False), (0.02, True)):
+        assert (figures.effects(one, legendre(one) + part * bent).explained[0] > 1 - 1e-9) == exact
+
+
+def test_polynomials_of_many_levels_are_those_of_a_range() -> None:
+    few, many = np.arange(64.0) / 63, np.arange(65.0) / 64
+    B = figures._orthonormal(np.repeat(few, 2))
+    gram = B.T @ B / 128
+    assert gram == pytest.approx(np.eye(13), abs=1e-9)
+    want = np.polynomial.legendre.legvander(2 * many - 1, 12) * np.sqrt(2 * np.arange(13) + 1)
+    assert figures._orthonormal(many) == pytest.approx(want)

@@ -273,6 +273,7 @@ def test_no_baseline_has_fewer_trials_than_ours(family: str) -> None:
     assert min(n for name, n in stated.items() if name not in tuned.OURS) >= most
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("name", sorted(tuned.recorded()))
 def test_a_scenario_has_the_values_that_its_study_found(name: str) -> None:
     """Within the ranges; what a design makes of them, to the digits of the file."""

@@ -196,6 +196,23 @@ def test_rows_are_on_the_disk_after_a_quarter_of_a_second(tmp_path: Path, monkey
     assert len(calls) == 5
 
 
+def test_a_row_that_does_not_fit_leaves_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    row = {"index": 0, "variation": 0, "case": "c", "status": "ok", "reason": "", "values": {"a": 1.0}, "metrics": {}}
+    for ids in ("a", "bc"):
+        store = Store(tmp_path, ["a"], ["m"])
+        for name in ids:
+            store.append(row | {"id": name})
+        if ids == "a":
+            store.close()
+    write, whole = os.write, (tmp_path / "journal.jsonl").read_bytes()
+    monkeypatch.setattr("hystfmu.studies.store.os.write", lambda handle, line: write(handle, line[:9]))
+    with pytest.raises(InputError, match=r"No space left on device; 3 rows are safe: free some space and run the st"):
+        store.append(row | {"id": "d"})
+    assert (tmp_path / "journal.jsonl").read_bytes() == whole
+    assert [r["id"] for r in store.rows()] == ["a", "b", "c"]
+    store.close()
+
+
 def paths() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 

@@ -204,7 +204,14 @@ def test_a_changed_limit_is_drawn_beside_the_old_one(made: Made, tmp_path: Path)
     compare_studies(made("a"), made("b"), tmp_path / "same.html")
     compare_studies(made("a"), made("c", limit=2.5), tmp_path / "changed.html")
     same, changed = ((tmp_path / f"{n}.html").read_text() for n in ("same", "changed"))
-    assert [("old limit" in page, "new limit" in page) for page in (same, changed)] == [(False, False), (True, True)]
+    words = ("old limit", "new limit", "All changes", "last, 50 % of the variations")  # the last is equal in both
+    assert [[word in page for word in words] for page in (same, changed)] == [[False] * 4, [True] * 4]
+    for page, other in ((same, "b"), (changed, "c")):
+        titles = "Two studies side by side", "Distributions on common axes", "Draws that changed their verdict"
+        assert all(title in page for title in titles)
+        assert f"Old: {tmp_path / 'a'}, study decay of decay. New: {tmp_path / other}, study decay of decay." in page
+    with pytest.raises(InputError, match=r"loop: not a report of 'hystfmu study': two studies are compared$"):
+        compare_studies(tmp_path / "loop", tmp_path / "a", tmp_path / "none.html")
 
 
 def test_other_draws_have_no_pairs_and_grid_points_no_interval(made: Made, tmp_path: Path) -> None:

@@ -8,8 +8,6 @@ Landlock: https://docs.kernel.org/userspace-api/landlock.html. Filters: linux/fi
 imports only the standard library, because it runs before anything else is loaded.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import os
 import platform
@@ -24,7 +22,6 @@ from dataclasses import dataclass
 from itertools import count
 
 _READ_BOUND, _DROP_BOUND = 23, 24  # options of prctl(2) for the bounding set of capabilities
-_AMBIENT, _CLEAR = 47, 4
 _VERSION_3 = 0x20080522  # version of capset(2) with three sets of 64 bits
 
 
@@ -61,10 +58,9 @@ def drop_capabilities() -> None:
     """
     with suppress(OSError):  # EINVAL: all capabilities of this kernel are removed; EPERM: no right to remove them
         for number in count():
-            if call("prctl", _READ_BOUND, number, 0, 0, 0):
-                call("prctl", _DROP_BOUND, number, 0, 0, 0)
-    with suppress(OSError):  # Linux before 4.3 has no ambient capabilities
-        call("prctl", _AMBIENT, _CLEAR, 0, 0, 0)
+            if call("prctl", _READ_BOUND, number):
+                call("prctl", _DROP_BOUND, number)
+    # also empties the ambient set, which never exceeds the others
     call("capset", struct.pack("=Ii", _VERSION_3, 0), bytes(24))
 
 
@@ -128,7 +124,7 @@ def can_refuse() -> bool:
     """Return whether the running system supports filters of system calls."""
     if sys.platform != "linux" or platform.machine() not in _AUDIT or sys.maxsize < 2**32:
         return False
-    return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
+    return int(libc().prctl(_GET_SECCOMP)) >= 0
 
 
 def refuse_calls(signals: bool) -> None:
@@ -161,7 +157,7 @@ def refuse_calls(signals: bool) -> None:
     ]
     code = C.create_string_buffer(b"".join(struct.pack("=HBBI", *line) for line in program))
     filter_ = C.create_string_buffer(struct.pack("@HP", len(program), C.addressof(code)))
-    call("prctl", _SET_SECCOMP, _FILTER, filter_, 0, 0)
+    call("prctl", _SET_SECCOMP, _FILTER, filter_)
 
 
 def _rule(number: int, *tests: list[_Line]) -> list[_Line]:
@@ -245,7 +241,7 @@ class Box:
     read: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, folder: str | os.PathLike[str], *read: str | os.PathLike[str]) -> Box:
+    def of(cls, folder: str | os.PathLike[str], *read: str | os.PathLike[str]) -> "Box":
         """Return a box with the given paths, in which code may also read the files of this Python installation."""
         python = [sys.prefix, sys.base_prefix, sys.exec_prefix, os.path.realpath(sys.executable), *_packages()]
         libraries = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
@@ -299,11 +295,16 @@ def confine(box: Box) -> None:
         refuse_calls(signals=version < _SCOPED)
 
 
-def _confine_files(box: Box, version: int) -> None:
+def _attributes(version: int) -> list[int]:
+    """Return what a version of Landlock can refuse: rights to files, to the network, and scopes."""
     rights = _RIGHTS[max(v for v in _RIGHTS if v <= version)]
-    attributes = [rights, *[_TCP] * (version >= 4), *[_SCOPES] * (version >= _SCOPED)]
+    return [rights, *[_TCP] * (version >= 4), *[_SCOPES] * (version >= _SCOPED)]
+
+
+def _confine_files(box: Box, version: int) -> None:
+    attributes = _attributes(version)
     packed = struct.pack(f"={len(attributes)}Q", *attributes)
-    rules = call("syscall", _CREATE_RULESET, packed, len(packed), 0)
+    rights, rules = attributes[0], call("syscall", _CREATE_RULESET, packed, len(packed), 0)
     try:
         _allow(rules, (*_SYSTEM, *box.read), rights & _READ)
         _allow(rules, _DEVICES, rights & (_READ | _WRITE_FILE | _TRUNCATE))

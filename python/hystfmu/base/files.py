@@ -5,8 +5,6 @@ replace all files. Writing the same content again is always allowed. In Python, 
 replace an existing file.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import secrets
@@ -382,7 +380,8 @@ def _joined(errors: list[Any], data: Any) -> list[Any]:
     """
     found: dict[Key, list[Any]] = {}
     for error in errors:
-        at, place = data, []
+        at: Any = data
+        place: list[str | int] = []
         for part in error["loc"]:
             inside = part in at if isinstance(at, dict) else isinstance(at, list) and part in range(len(at))
             if inside:

@@ -7,7 +7,6 @@ a SIGTERM, or after the end of its own parent, the supervisor ends the process.
 This module imports only the standard library, because the supervisor is a separate process that must start fast.
 """
 
-import ctypes as C
 import json
 import os
 import resource
@@ -18,7 +17,7 @@ from collections import defaultdict
 from contextlib import suppress
 from typing import NoReturn
 
-from hystfmu.base.confine import CANNOT, Box, confine
+from hystfmu.base.confine import CANNOT, Box, call, confine
 
 _PARENT_DEATH, _SUB_REAPER = 1, 36  # options of prctl(2)
 _PAUSE = 2e-3  # s: time between two searches for remaining processes
@@ -33,11 +32,10 @@ def supervise(parent: int) -> None:
         Process number of the parent of the supervisor. If this parent ends, the supervisor ends all its own
         descendants.
     """
-    prctl = C.CDLL(None).prctl
     awaited = {signal.SIGTERM, signal.SIGCHLD}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, awaited)
-    prctl(_SUB_REAPER, 1, 0, 0, 0)
-    prctl(_PARENT_DEATH, int(signal.SIGTERM), 0, 0, 0)
+    call("prctl", _SUB_REAPER, 1)
+    call("prctl", _PARENT_DEATH, int(signal.SIGTERM))
     if os.getppid() != parent:
         os._exit(1)
     me, child = os.getpid(), os.fork()
@@ -46,7 +44,7 @@ def supervise(parent: int) -> None:
             _watch(child, awaited)
         finally:
             os._exit(1)
-    prctl(_PARENT_DEATH, int(signal.SIGKILL), 0, 0, 0)
+    call("prctl", _PARENT_DEATH, int(signal.SIGKILL))
     if os.getppid() != me:
         os._exit(1)
     signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,7 +1,5 @@
 """Commands for the first steps and for published results: start, demo, blocks and reproduce."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from pathlib import Path
@@ -12,8 +10,7 @@ import click
 
 from hystfmu.base import refuse_existing
 from hystfmu.cli.identify import Columns, data_options
-from hystfmu.cli.options import Command, json_option
-from hystfmu.cli.signature import FILE, WrittenFolder, of
+from hystfmu.cli.options import FILE, Command, WrittenFolder, json_option, of
 from hystfmu.report.terminal import answer, answers_json, detail, echo, say, tell, verdict, wrong
 
 if TYPE_CHECKING:
@@ -253,7 +250,7 @@ def start(
     answer(None, made.approved)
 
 
-def _contender(c: Contender) -> dict[str, Any]:
+def _contender(c: "Contender") -> dict[str, Any]:
     """Return the results of a compared controller structure, with the keys of the JSON output."""
     t = c.tuned
     return {
@@ -269,7 +266,7 @@ def _contender(c: Contender) -> dict[str, Any]:
     }
 
 
-def _case(result: Result) -> dict[str, str]:
+def _case(result: "Result") -> dict[str, str]:
     """Return the result of a case of the new loop as text, with the keys of the JSON output."""
     found = {v.metric: v for v in result.verdicts}
     rms, most = found.get("tracking"), found.get("worst")

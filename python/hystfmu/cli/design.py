@@ -1,7 +1,5 @@
 """Commands that design a controller for the loop of a scenario. They write a new scenario with this controller."""
 
-from __future__ import annotations
-
 import math
 import shlex
 import tempfile
@@ -11,9 +9,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from hystfmu.base import InputError, together
-from hystfmu.cli.options import Command, json_option
+from hystfmu.cli.options import FILE, Command, WrittenFolder, json_option, of, structures
 from hystfmu.cli.scenarios import found
-from hystfmu.cli.signature import FILE, WrittenFolder, of, structures
 from hystfmu.report.terminal import answer, say, wrong
 
 if TYPE_CHECKING:
@@ -174,7 +171,7 @@ for _name, _text in structures().items():
     _structure(_name, _text)
 
 
-def _tell(made: Repetitive | Controller, lines: list[str], facts: dict[str, Any], into: Path) -> NoReturn:
+def _tell(made: "Repetitive | Controller", lines: list[str], facts: dict[str, Any], into: Path) -> NoReturn:
     """Write the new scenario, print the design and the results of the cases, and end the command.
 
     The exit status is 0 if all limits are met, otherwise 1.
@@ -212,7 +209,7 @@ def _folder(out: str, source: Path) -> Path:
     return into
 
 
-def _write(scenario: Scenario, into: Path, results: Results) -> list[str]:
+def _write(scenario: "Scenario", into: Path, results: "Results") -> list[str]:
     """Write a scenario, and return the violated limits of its loop as lines of text.
 
     If all limits are met, the results become the baseline of the scenario. The scenario is first written to a temporary

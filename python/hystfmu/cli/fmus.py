@@ -1,7 +1,5 @@
 """Commands for FMUs and SSP archives: export, ssp, simulate and validate."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -10,9 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from hystfmu.base import InputError, together
-from hystfmu.cli.options import Command, json_option
+from hystfmu.cli.options import FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, WrittenFile, WrittenFolder, json_option, of
 from hystfmu.cli.scenarios import RUN, found
-from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, WrittenFile, WrittenFolder, of
 from hystfmu.report.terminal import VERBOSE, answer, echo, level, say
 
 if TYPE_CHECKING:
@@ -137,7 +134,7 @@ def export(
         _wrote(made, how)
 
 
-def _package(loaded: hy.Model, folder: str, model: str, name: str | None, sheet: dict[str, Any]) -> Path:
+def _package(loaded: "hy.Model", folder: str, model: str, name: str | None, sheet: dict[str, Any]) -> Path:
     """Write a model as a Modelica package, and return the folder of the package."""
     from hystfmu.modelica.package import package_name
 
@@ -149,7 +146,7 @@ def _package(loaded: hy.Model, folder: str, model: str, name: str | None, sheet:
         raise InputError(f"{model}: {e}") from None
 
 
-def _told(loaded: hy.Model, written: Path, sheet: dict[str, Any]) -> None:
+def _told(loaded: "hy.Model", written: Path, sheet: dict[str, Any]) -> None:
     """Print what a Modelica package contains."""
     from hystfmu.modelica.actuator import actuator_told
     from hystfmu.modelica.classes import shipped_library
@@ -165,7 +162,7 @@ def _told(loaded: hy.Model, written: Path, sheet: dict[str, Any]) -> None:
     say(f"the package needs the library HystFMU in {shipped_library()}")
 
 
-def _stepped(model: hy.Model, step: float) -> hy.Model:
+def _stepped(model: "hy.Model", step: float) -> "hy.Model":
     """Return a model that had no sample period with the sample period `step` (s)."""
     if model.step is not None:
         raise InputError(f"--step must not be given: the model has a step of {model.step:g} s")
@@ -207,7 +204,7 @@ def _controller(scenario: str, case: str | None, target: str | None, how: Mappin
     say(f"sample time: {made.model.step:g} s")
 
 
-def _block(name: str, values: Mapping[str, Any]) -> Block:
+def _block(name: str, values: Mapping[str, Any]) -> "Block":
     """Return the block `name` with the given sizes and parameter values."""
     import hystfmu as hy
     from hystfmu.graph.node import block_type

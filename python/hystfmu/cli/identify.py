@@ -1,7 +1,5 @@
 """Commands for models and measured data: fit, predict, check and inverse."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -11,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hystfmu.base import InputError, may_replace, refusal, together
-from hystfmu.cli.options import Command, json_option
-from hystfmu.cli.signature import FILE, WrittenFile, WrittenFolder, of
+from hystfmu.cli.options import FILE, Command, WrittenFile, WrittenFolder, json_option, of
 from hystfmu.report.terminal import answer, answers_json, detail, echo, say, tell
 
 if TYPE_CHECKING:
@@ -40,7 +37,7 @@ class Columns:
         words += [] if self.given["resample"] is None else [f"--resample={self.given['resample']}"]
         return [*words, *(w for c in self.given.get("covariates", ()) for w in ("--covariate", c))]
 
-    def read(self, path: str | Sequence[str], with_output: bool = True, covariates: Sequence[str] = ()) -> hy.Dataset:
+    def read(self, path: str | Sequence[str], with_output: bool = True, covariates: Sequence[str] = ()) -> "hy.Dataset":
         """Read a data file, or several data files with one record each.
 
         Parameters
@@ -74,7 +71,7 @@ class Columns:
                 raise
             return hy.read(path, **options | {"output": None})
 
-    def read_for(self, model: hy.Model, path: str, with_output: bool = True) -> hy.Dataset:
+    def read_for(self, model: "hy.Model", path: str, with_output: bool = True) -> "hy.Dataset":
         """Read a data file with the covariates of a model. The option ``--covariate`` may give them other headings."""
         from hystfmu.model import beside
 
@@ -251,12 +248,12 @@ def fit(
     say(f"wrote {out}" + ("" if page is None else f" and {page}"))
 
 
-def _told(found: Sequence[Part]) -> list[dict[str, Any]]:
+def _told(found: "Sequence[Part]") -> list[dict[str, Any]]:
     """Return the errors on parts of the rows, with the keys of the JSON output."""
     return [{"part": p.name, "rows": [p.rows.start, p.rows.stop], **p.errors} for p in found]
 
 
-def _refuse_other(path: str, data: hy.Dataset, key: str, seed: int) -> None:
+def _refuse_other(path: str, data: "hy.Dataset", key: str, seed: int) -> None:
     """Raise an error if the model file exists and contains a model of other data or of another kind."""
     from hystfmu.base import load_toml
 

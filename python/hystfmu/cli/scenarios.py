@@ -1,7 +1,5 @@
 """Commands for scenarios: run, study, margins and compare. They use scenarios of the user and shipped scenarios."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hystfmu.base import InputError, meant, meant_file, refuse_existing
-from hystfmu.cli.options import Command, json_option
-from hystfmu.cli.signature import FILE, OUTPUT_FILE, OUTPUT_FOLDER, OutputFile, WrittenFile, of
+from hystfmu.cli.options import FILE, OUTPUT_FILE, OUTPUT_FOLDER, Command, OutputFile, WrittenFile, json_option, of
 from hystfmu.report.terminal import VERBOSE, answer, answers_json, detail, echo, level, say, wrong
 
 if TYPE_CHECKING:
@@ -144,7 +141,7 @@ def run(
     pages = () if report is None else (Path(report, name) for name in ("report.html", "report.json"))
     refuse_existing(*pages, *([junit] if junit is not None else []))  # every run writes other times into these files
 
-    def agreed(told: list[Change]) -> bool:
+    def agreed(told: "list[Change]") -> bool:
         echo(changes(told), err=answers_json())
         agrees = yes or not sys.stdin.isatty() or not told or click.confirm("write the new baseline?", err=True)
         echo("the baseline is written" if agrees else "nothing is written", err=True)

@@ -8,7 +8,7 @@ import ctypes as C
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, Indices, InputError
 from hystfmu.core.library import RawError, library
 
 
@@ -124,7 +124,7 @@ class Executor:
         n_outputs: int,
         h: float,
         seeds: NDArray[np.void],
-        rows: NDArray[np.intp] | None = None,
+        rows: Indices | None = None,
         step: float = 1e-6,
     ) -> tuple[Array, Array]:
         """Compute the outputs like `run`, and their derivatives with respect to parameters and initial states.

@@ -3,8 +3,6 @@
 Covariates are measured inputs in addition to the input u, such as load or temperature.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re
@@ -235,12 +233,12 @@ class Covariates:
         return {name: [float(v.min()), float(v.max())] for name, _, v in self}
 
     @classmethod
-    def none(cls, n: int) -> Covariates:
+    def none(cls, n: int) -> "Covariates":
         """Return an empty set of covariates for data of `n` rows."""
         return cls((), (), np.zeros((n, 0)))
 
     @classmethod
-    def of(cls, given: Mapping[str, ArrayLike], n: int, where: str, place: Callable[[int], str]) -> Covariates:
+    def of(cls, given: Mapping[str, ArrayLike], n: int, where: str, place: Callable[[int], str]) -> "Covariates":
         """Return covariates from a dict of values (n,). A key is a name, optionally with a unit of measure.
 
         Examples of keys are ``T`` and ``T [degC]``.
@@ -281,17 +279,17 @@ class Covariates:
         stacked.flags.writeable = False
         return cls(tuple(names), tuple(units), stacked)
 
-    def rows(self, which: slice) -> Covariates:
+    def rows(self, which: slice) -> "Covariates":
         """Return the covariates in the selected rows."""
         return Covariates(self.names, self.units, self.values[which])
 
-    def at(self, new: Array, t: Array) -> Covariates:
+    def at(self, new: Array, t: Array) -> "Covariates":
         """Return the covariates at the times `new` (m,), interpolated linearly between the times t (n,)."""
         columns = [np.interp(new, t, v) for _, _, v in self]
         return Covariates(self.names, self.units, np.column_stack([*columns, np.zeros((len(new), 0))]))
 
     @classmethod
-    def joined(cls, parts: Sequence[Covariates]) -> Covariates:
+    def joined(cls, parts: "Sequence[Covariates]") -> "Covariates":
         """Return the covariates of several records as one set, with the rows of all records."""
         return cls(parts[0].names, parts[0].units, np.vstack([part.values for part in parts]))
 

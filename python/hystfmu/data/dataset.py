@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from hystfmu.base import Array, InputError, checked
+from hystfmu.base import Array, Indices, InputError, Mask, checked
 from hystfmu.base.printable import printable
 from hystfmu.data.columns import (
     LEAST_ROWS,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from hystfmu.report.plot import Plot
 
 MOST_STEM = 120  # maximum number of bytes of a name in a file name
-Rows = slice | NDArray[np.intp]
+Rows = slice | Indices
 """Index of rows."""
 
 
@@ -102,7 +102,7 @@ class Dataset:
     covariates: Covariates
     read_as: str = field(init=False, repr=False)
     titles: tuple[str, str] = field(init=False, repr=False)
-    held: NDArray[np.bool_] | None = field(init=False, repr=False)
+    held: Mask | None = field(init=False, repr=False)
     _lines: Sequence[int] | None = field(init=False, repr=False)
 
     def __init__(
@@ -249,10 +249,10 @@ class Dataset:
         """Index of the training rows without the held-out rows. A fit minimises the errors in these rows."""
         if self.held is None:
             return self.train
-        found: NDArray[np.intp] = np.flatnonzero(~self.held[self.train]) + self.train.start
+        found: Indices = np.flatnonzero(~self.held[self.train]) + self.train.start
         return found
 
-    def with_held(self, held: NDArray[np.bool_]) -> Dataset:
+    def with_held(self, held: Mask) -> Dataset:
         """Return the same data with held-out rows. A fit uses the input of these rows, but not their output.
 
         Parameters

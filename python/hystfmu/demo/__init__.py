@@ -1,7 +1,5 @@
 """The command `hystfmu demo` runs the whole workflow on built-in data, from the record to the report."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial

@@ -9,17 +9,14 @@ In discrete form, a delay of n steps has exactly n states. In continuous form, a
 approximant can replace the delay.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, InputError, Mask
 from hystfmu.graph import Graph, Input, Node, Output
 
 DELAY, WEIGHTS = "delay", "polynomial_narx"
@@ -226,7 +223,7 @@ def trimmed(system: StateSpace) -> StateSpace:
     return A[np.ix_(keep, keep)], B[keep], C[:, keep], D
 
 
-def _closure(edges: NDArray[np.bool_], first: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _closure(edges: Mask, first: Mask) -> Mask:
     found = first.copy()
     while True:
         more = found | (edges[:, found].any(axis=1) if found.any() else found)

@@ -10,8 +10,6 @@ The weights of F minimise abs(1 - z^lead F(z) W(z) G(z)) over a grid of frequenc
 output. The plant G includes the hold of the command and the delay. The delay may contain a fraction of a step.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

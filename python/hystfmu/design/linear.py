@@ -9,8 +9,6 @@ The function `gains` returns the gains of a controller with their units of measu
 cannot be used in another loop.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable

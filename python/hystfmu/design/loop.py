@@ -11,8 +11,6 @@ scenario have the same controller and the same plant. Therefore the frequency re
 only once and stored.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from contextlib import suppress

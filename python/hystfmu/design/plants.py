@@ -11,8 +11,6 @@ have any value above the band in which input and output are coherent. A loop is 
 for every incremental gain of inverse and plant in a sector.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product

@@ -11,16 +11,13 @@ bounds of all margins: gain margins of Ms / (Ms -+ 1) and a phase margin of 2 as
 Postlethwaite, 2nd ed., section 2.4.3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Mask
 from hystfmu.design.loop import Margins, margins_of
 from hystfmu.design.plants import Complex, PlantSet
 from hystfmu.design.structures import STRUCTURES, Design, Structure
@@ -278,7 +275,7 @@ def distances(X: Complex, slopes: tuple[float, float]) -> Array:
     return np.asarray(np.abs(1 + k * X))
 
 
-def unencircled(X: Complex) -> NDArray[np.bool_]:
+def unencircled(X: Complex) -> Mask:
     """Return whether each closed loop with incremental gain 1 is stable (Nyquist criterion), shape (m,).
 
     The open loops have one integrator and no unstable pole. Therefore the Nyquist curve must not encircle -1. Along the

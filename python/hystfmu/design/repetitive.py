@@ -9,8 +9,6 @@ non-causal filters Q and L. A state space of this memory would have n states, so
 response instead.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -9,15 +9,13 @@ with y = a_1 cos + b_1 sin + ... for u = A sin (Gelb & Vander Velde, Multiple-In
 2.2). For a static block, N does not depend on the frequency. For a block with dynamics, the frequency must be stated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError, checked
+from hystfmu.base import Array, Indices, InputError, checked
 from hystfmu.core.library import block_types
 from hystfmu.design.linear import linearise
 from hystfmu.graph import Graph, Node
@@ -183,7 +181,7 @@ def _drifts(node: Node) -> bool:
     return node.block.rate == CONTINUOUS or bool(undone and block_types()[undone].rate == CONTINUOUS)
 
 
-def _against_rest(v: Array, moved: NDArray[np.intp], chain: Sequence[Graph], h: float) -> Array:
+def _against_rest(v: Array, moved: Indices, chain: Sequence[Graph], h: float) -> Array:
     """Return, for each row in `moved`, the change of the output that the last change of the path `v` causes.
 
     This is the output of the last unit minus its output for a path that is constant since the previous row.

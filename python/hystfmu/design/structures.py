@@ -16,8 +16,6 @@ discrete plant, the design uses the bilinear transformation, which preserves all
 realised as second-order filters in series, followed by an integral.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

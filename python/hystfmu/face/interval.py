@@ -16,8 +16,6 @@ almost all states (input and memory) that these signals reach. The text of the i
 is not known to hold.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -124,7 +122,7 @@ class Known:
         return {**asdict(self.interval), "of": self.rows_of, "noise_only": self.noise_only, "not_for": [*self.not_for]}
 
     @classmethod
-    def from_dict(cls, table: dict[str, Any]) -> Known:
+    def from_dict(cls, table: dict[str, Any]) -> "Known":
         """Build the object from the result of `to_dict`."""
         own = {"of", "noise_only", "not_for"}
         found = Interval(**{k: v for k, v in table.items() if k not in own})

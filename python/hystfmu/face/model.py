@@ -152,8 +152,7 @@ class Model(hystfmu.model.Model):
         """
         from hystfmu.data.columns import train_rows
         from hystfmu.data.reader.reading import dataset_of
-        from hystfmu.model import run_along
-        from hystfmu.model.accuracy import errors
+        from hystfmu.model import errors, run_along
 
         self._one_to_one("score")
         if y is None and not isinstance(other, np.ndarray):

@@ -9,8 +9,6 @@ is too large, the oldest entries are removed earlier. The user may delete the ca
 write to the cache uses a temporary cache, which is removed at the end of the process.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import io
@@ -323,7 +321,7 @@ class Deflated:
     stream: bytes
 
     @classmethod
-    def of(cls, content: bytes, level: int = 6) -> Deflated:
+    def of(cls, content: bytes, level: int = 6) -> "Deflated":
         """Return a file of an archive with the given content, compressed with the given level."""
         maker = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS, 9)
         return cls(content, maker.compress(content) + maker.flush())

@@ -7,8 +7,6 @@ because the coefficient 0 may later be set to another value. A sampled block tha
 direct feed-through, because its output at a sample depends on the input at this sample.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -95,11 +93,11 @@ class Knowns:
     states: frozenset[int] = frozenset()
     time: bool = False
 
-    def __or__(self, other: Knowns) -> Knowns:
+    def __or__(self, other: "Knowns") -> "Knowns":
         return Knowns(self.inputs | other.inputs, self.states | other.states, self.time or other.time)
 
 
-def _pointer(a: Array) -> C._Pointer[C.c_double]:
+def _pointer(a: Array) -> "C._Pointer[C.c_double]":
     return a.ctypes.data_as(C.POINTER(C.c_double))
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, Indices, InputError
 from hystfmu.core.library import library
 from hystfmu.graph.node import Node
 
@@ -44,7 +44,7 @@ class Recursion:
         arrays = [np.ascontiguousarray(v, dtype=np.float64) for v in (self.A, self.B0, self.B1, self.c, self.start)]
         return _Raw(len(self.c), *(v.ctypes.data for v in arrays), float(self.d)), arrays
 
-    def run(self, columns: Array, rows: NDArray[np.intp] | None = None) -> Array:
+    def run(self, columns: Array, rows: Indices | None = None) -> Array:
         """Return the filtered `columns` (n, p) in the ascending `rows` (m,), or in all rows; shape (m, p)."""
         u = np.ascontiguousarray(columns, dtype=np.float64)
         picked: NDArray[np.int64] = np.ascontiguousarray(np.arange(len(u)) if rows is None else rows, dtype=np.int64)

@@ -1,7 +1,5 @@
 """Identification of models from measured data. The folder `methods` contains the kinds of model."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import replace
@@ -22,8 +20,7 @@ from hystfmu.identify.excitation import timing
 from hystfmu.identify.excitation.minor_loops import Excitation, examine
 from hystfmu.identify.excitation.rest import places_memory, remembered, rest
 from hystfmu.identify.one import check, finished, fit_one
-from hystfmu.model import Model, guards
-from hystfmu.model.accuracy import errors
+from hystfmu.model import Model, errors, guards
 
 __all__ = ["GRAPH", "METHODS", "description", "errors", "fit", "fit_graph", "options"]
 

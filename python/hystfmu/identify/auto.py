@@ -23,8 +23,6 @@ compared if the input has only one speed. A kind is not fitted either if the fit
 (`_needless`).
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -43,8 +41,7 @@ from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.race import EXACT, LOSER, Race
 from hystfmu.identify.trial import Trial
-from hystfmu.model import Model
-from hystfmu.model.accuracy import rms
+from hystfmu.model import Model, rms
 
 # the data show rate dependence if the error of the best other kind exceeds CLEARLY times the error of the best
 # rate-dependent kind, and exceeds FINE % of the span

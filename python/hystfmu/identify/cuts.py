@@ -19,8 +19,6 @@ the oscillation on one side. The memory after it then differs from the memory of
 this record up to its first full swing are also held out.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -31,7 +29,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.data import Dataset
 from hystfmu.data.columns import Covariates
 from hystfmu.data.reversals import noise, reversals
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 BLOCKS = 40  # default of the maximum number of blocks
 EVERY = 4  # one of `EVERY` consecutive blocks is a validation block

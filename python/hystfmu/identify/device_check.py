@@ -15,18 +15,14 @@ smallest remaining error or `AS_GOOD` times the stated error of the model. The c
 the others, so it also reduces the error that the model already had on its own record.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, InputError, Mask
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import thresholds, with_plays
-from hystfmu.model import Model, run_along
-from hystfmu.model.accuracy import rms
+from hystfmu.model import Model, rms, run_along
 from hystfmu.model.coverage import KEY, span_of
 
 FACTOR = 2.0  # ratio of the new error to the error of the fit above which the device counts as drifted
@@ -70,6 +66,9 @@ class DeviceCheck:
         The four corrections.
     moved : str
         Name of the correction for the reported change. Empty if the device has not drifted.
+    hidden_gain : float
+        Change of the gain in percent up to which the error stays below `factor` times `stated`: a smaller change does
+        not show on the new record. 0 if the device has drifted.
     """
 
     drifted: bool
@@ -82,19 +81,21 @@ class DeviceCheck:
     reached: float
     parts: tuple[Part, ...]
     moved: str
+    hidden_gain: float
 
     def __str__(self) -> str:
         """Return the result in one line: whether the device has drifted, the RMS error, and its ratio to `stated`."""
         ratio = f"{self.rms / self.stated:.3g} times the {self.of} error of the fit"
         if not self.drifted:
-            return f"no drift: RMS {self.rms:.4g}, {ratio}"
+            return f"no drift: RMS {self.rms:.4g}, {ratio}; a gain change below {self.hidden_gain:.2g} % does not show"
         return f"drifted: RMS {self.rms:.4g}, {ratio}; the {self.moved} moved most"
 
 
 def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceCheck:
     """Compare a model with a new record of its device; see `hystfmu.Model.check`.
 
-    The file of the model must contain its RMS error and the range of its input. The factor must be greater than 1.
+    The file of the model must contain its RMS error and the range of its input. The factor must be greater than 1. If
+    the device has not drifted, the record must be large enough to show a change of the gain by 100 %.
     """
     where = data.path or data.name
     if not data.has_output:
@@ -123,6 +124,12 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
     parts = _parts(data, y, counted)
     drifted = error > factor * stated
     seen = np.clip(data.u[counted], *span)
+    size, room = float(np.std(y[counted])), float(np.sqrt(max((factor * stated) ** 2 - error**2, 0.0)))
+    if room > size:
+        raise InputError(
+            f"{where}: The output of the model must move enough to show a change of its gain. "
+            f"Got {size:.3g} RMS; errors up to {factor * stated:.3g} RMS are no drift."
+        )
     return DeviceCheck(
         drifted,
         error,
@@ -134,6 +141,7 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
         100 * float(np.ptp(seen)) / (span[1] - span[0]),
         parts,
         _moved(parts, stated) if drifted else "",
+        100 * room / size if room else 0.0,
     )
 
 
@@ -143,7 +151,7 @@ def _moved(parts: tuple[Part, ...], stated: float) -> str:
     return next(p.name for p in parts if p.left <= AS_GOOD * least)
 
 
-def _parts(data: Dataset, y: Array, counted: NDArray[np.bool_]) -> tuple[Part, ...]:
+def _parts(data: Dataset, y: Array, counted: Mask) -> tuple[Part, ...]:
     """Fit each correction separately by least squares on the rows `counted`, whose input is in the trained range."""
     rows = np.flatnonzero(counted)
     rows = rows[(rows >= MOST_LAG) & (rows < len(y) - MOST_LAG)]

@@ -1,7 +1,5 @@
 """Keys of the kinds of model, as a type."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 Kind = Literal[

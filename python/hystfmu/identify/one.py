@@ -6,8 +6,6 @@ returns the graph and the number of fitted parameters. It can also return a dict
 ``warnings``, and the searched parameters ``bounded`` (see `hystfmu.model.guards`).
 """
 
-from __future__ import annotations
-
 import platform
 import time
 from dataclasses import replace
@@ -23,8 +21,7 @@ from hystfmu.graph import Graph
 from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve
 from hystfmu.identify.cuts import one_run
 from hystfmu.identify.features.plays import DEAD_BAND, behind_dead_band, dead_band, with_dead_band
-from hystfmu.model import Model, guards, run_along
-from hystfmu.model.accuracy import errors
+from hystfmu.model import Model, errors, guards, run_along
 from hystfmu.model.coverage import coverage, trained_range
 
 WORST = 0.5  # largest accepted RMS error, relative to the span; a constant in the middle of the span is never worse

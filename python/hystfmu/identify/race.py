@@ -21,8 +21,6 @@ the components of this fit. In one oscillation, creep can also imitate a part of
 model without creep is a candidate of its own.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,8 +34,7 @@ from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.trial import Trial
-from hystfmu.model import Model, guards, run_along, with_starts
-from hystfmu.model.accuracy import rms
+from hystfmu.model import Model, guards, rms, run_along, with_starts
 
 BLOCKS = 8  # maximum number of blocks; if a record repeats its loops, the neighbours of short blocks contain them
 SPREAD = 2  # number of folds that gives a standard error

@@ -1,15 +1,12 @@
 """A candidate of ``auto`` and the results of its fits (see `hystfmu.identify.race`)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from hystfmu.base import Array
 from hystfmu.identify.catalogue import STRUCTURE, Candidate, Options
-from hystfmu.model import Model
-from hystfmu.model.accuracy import rms
+from hystfmu.model import Model, rms
 
 
 @dataclass

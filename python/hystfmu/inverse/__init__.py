@@ -22,8 +22,6 @@ signals use 90 % of the input range. For a model with dynamics, they are smooth,
 of the natural frequency, and the lag is removed before the errors are computed.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -151,7 +149,7 @@ def _warned(made: M) -> M:
 def _cascade(model: Model, made: Model) -> dict[str, float]:
     """Return the errors of the cascade of the inverse `made` and the model for the worst held-out signal."""
     from hystfmu.data.signals import held_out
-    from hystfmu.model.accuracy import errors
+    from hystfmu.model import errors
 
     if "span_u" not in model.provenance:
         return {}

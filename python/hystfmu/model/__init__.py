@@ -222,3 +222,28 @@ def rows_of(graph: Graph, data: Dataset) -> Array:
 def run_along(graph: Graph, data: Dataset) -> Array:
     """Return the output of a graph, (n,) or (n, n_outputs), for records that each start from the initial state."""
     return data.along(lambda rows: graph.run(rows, data.h), inputs=rows_of(graph, data))
+
+
+def rms(e: Array) -> float:
+    """Return the root mean square of e (n,), in the unit of measure of e."""
+    return float(np.sqrt(np.mean(e**2)))
+
+
+def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
+    """Compute the RMS error and the largest absolute error, in the unit of measure of y and in percent of `span`.
+
+    Parameters
+    ----------
+    y, measured : array, shape (n,)
+        Output of the model, and the measured output.
+    span : float
+        Span of y that counts as 100 %, in the unit of measure of y.
+
+    Returns
+    -------
+    dict of str to float
+        ``rms``, ``max``, ``rms_percent``, ``max_percent``.
+    """
+    e = y - measured
+    typical, most = rms(e), float(np.abs(e).max())
+    return {"rms": typical, "max": most, "rms_percent": 100 * typical / span, "max_percent": 100 * most / span}

@@ -10,8 +10,6 @@ each block, an interval is computed from the other blocks. The coverage of the b
 that lie inside this interval.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,7 +17,7 @@ import numpy as np
 
 from hystfmu.base import Array
 from hystfmu.data.signals import held_out
-from hystfmu.model import Model
+from hystfmu.model import Model, errors, rms
 from hystfmu.model.coverage import clamped
 
 __all__ = ["Interval", "errors", "held_out_table", "interval", "rms", "width"]
@@ -28,31 +26,6 @@ SHARE = 0.95
 LEAST_BLOCKS = 20  # the coverage test omits one block, and an interval of 95 % needs at least 19 blocks
 BLOCKS = 40  # maximum number of blocks
 ROWS = 4  # minimum number of rows in a block
-
-
-def rms(e: Array) -> float:
-    """Return the root mean square of e (n,), in the unit of measure of e."""
-    return float(np.sqrt(np.mean(e**2)))
-
-
-def errors(y: Array, measured: Array, span: float) -> dict[str, float]:
-    """Compute the RMS error and the largest absolute error, in the unit of measure of y and in percent of `span`.
-
-    Parameters
-    ----------
-    y, measured : array, shape (n,)
-        Output of the model, and the measured output.
-    span : float
-        Span of y that counts as 100 %, in the unit of measure of y.
-
-    Returns
-    -------
-    dict of str to float
-        ``rms``, ``max``, ``rms_percent``, ``max_percent``.
-    """
-    e = y - measured
-    typical, most = rms(e), float(np.abs(e).max())
-    return {"rms": typical, "max": most, "rms_percent": 100 * typical / span, "max_percent": 100 * most / span}
 
 
 def held_out_table(

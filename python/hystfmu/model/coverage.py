@@ -16,9 +16,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, InputError, Mask
 from hystfmu.core.library import NO_LIMIT
 from hystfmu.data import Dataset
 from hystfmu.data.signals import ramps, training
@@ -108,7 +107,7 @@ def covered(
     return 100 * float(np.mean(near(seen / width, asked / width, NEAR, MOST_ROWS)))
 
 
-def near(seen: Array, asked: Array, distance: float, most: int) -> NDArray[np.bool_]:
+def near(seen: Array, asked: Array, distance: float, most: int) -> Mask:
     """Return a mask (n,) of the points of `asked` (n, m) that lie within `distance` of a point of `seen`.
 
     A set of more than `most` points is first thinned evenly.

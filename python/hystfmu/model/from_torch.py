@@ -5,8 +5,6 @@ identity matrix takes its place. If an activation is missing, the exact identity
 weights are converted from float32 to float64 without loss, and the model computes in float64.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -32,7 +30,7 @@ class _Affine:
     b: Array
 
 
-def torch_graph(module: nn.Module) -> Graph:
+def torch_graph(module: "nn.Module") -> Graph:
     """Convert a network to a graph with input `u` (n_in,) and output `y` (n_out,); see `hystfmu.Model.from_torch`.
 
     The graph is a chain of ``mlp`` blocks named net1, net2, ...
@@ -72,7 +70,7 @@ def torch_graph(module: nn.Module) -> Graph:
     return Graph(nodes, [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)], inputs, [output])
 
 
-def _layers(module: nn.Module) -> list[_Affine | str]:
+def _layers(module: "nn.Module") -> list[_Affine | str]:
     """Check the layers of a network, and return linear layers as arrays and activations as names, in order."""
     out: list[_Affine | str] = []
     width: int | None = None
@@ -98,7 +96,7 @@ def _layers(module: nn.Module) -> list[_Affine | str]:
     return out
 
 
-def _flat(module: nn.Module, path: str) -> Iterator[tuple[str, Any]]:
+def _flat(module: "nn.Module", path: str) -> Iterator[tuple[str, Any]]:
     """Yield the layers of nested Sequentials in order, each with its path in torch notation (0, 1.0, 1.1, ...)."""
     if type(module).__name__ != "Sequential":
         yield path, module

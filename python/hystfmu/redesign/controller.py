@@ -4,8 +4,6 @@ One unit with inputs y_d, y, u_ff and output u replaces the controllers. The con
 connections from the measured output to the command.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ shifted natural frequencies of the plant. The roles of the signals are reference
 found from the connections, not from the names of the units.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase

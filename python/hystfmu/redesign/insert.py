@@ -6,8 +6,6 @@ the command exceeds a limit between controller and plant, learning stops for som
 would wind up.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping, Sequence
 from typing import Any

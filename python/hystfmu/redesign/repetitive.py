@@ -4,8 +4,6 @@ The search finds filters with the largest gain and cutoff for which the loop is 
 worst-case parameter set of the loop (see `hystfmu.redesign.corners`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

@@ -4,8 +4,6 @@ A notebook displays a `Plot`, or a `Figure` of several plots. The method `save` 
 installed, PNG or PDF. The method `matplotlib` returns a figure of matplotlib, which the user can change.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -84,7 +82,7 @@ class Plot:
         """Write the diagram to the file `path`, like `Figure.save`."""
         return Figure([self]).save(path)
 
-    def matplotlib(self) -> MatplotlibFigure:
+    def matplotlib(self) -> "MatplotlibFigure":
         """Return the diagram as a figure of matplotlib, like `Figure.matplotlib`."""
         return Figure([self]).matplotlib()
 
@@ -202,7 +200,7 @@ class Figure:
             )
         return path
 
-    def matplotlib(self) -> MatplotlibFigure:
+    def matplotlib(self) -> "MatplotlibFigure":
         """Return the diagrams with all rows of their data as a figure of matplotlib.
 
         Raises

@@ -5,8 +5,6 @@ prints details and actions. Outside of a command, the level is `NORMAL`. A progr
 the remaining time. There is no bar with -q or if the output goes to a pipe.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -231,7 +229,7 @@ def _sentence(line: str, most: int) -> str:
     return textwrap.fill(line, most, subsequent_indent=indent + "  ", break_long_words=False, break_on_hyphens=False)
 
 
-def loop(u: Array, y: Array, title: str, width: int = 72, height: int = 20) -> str:
+def loop(u: "Array", y: "Array", title: str, width: int = 72, height: int = 20) -> str:
     """Return a plot of y over u, each of shape (n,), as text with `height` lines of `width` characters."""
     import plotext as plt
 

@@ -105,7 +105,7 @@ def write_excitation(
     line = f"sweep up to {highest:.4g} Hz, {len(u)} rows, {len(u) * h:.4g} s at {1 / h:.6g} Hz"
     if h == data.h:
         return f"{line}; fit it together with this record"
-    return f"{line}: the record has {1 / data.h:.6g} Hz and shows frequencies up to {1 / (ROWS * data.h):.4g} Hz only"
+    return f"{line}: the record has {1 / data.h:.6g} Hz, enough for a sweep up to {1 / (ROWS * data.h):.4g} Hz only"
 
 
 def excitation(

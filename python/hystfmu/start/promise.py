@@ -2,12 +2,14 @@
 
 The simulated error includes the error of the model on the record and the sensor noise. The expected error also includes
 the effect of uncertain modes and delay: the feed-forward then causes an error at every harmonic of the reference, and
-the feedback reduces this error. A record with only one kind of signal gives no information about other signals. A model
-that does not reproduce its record gives no information about the device.
+the feedback reduces this error. A record says nothing about the device above its coherent band: there, the error is as
+large as the reference itself, which matters for a reference with corners. A record with only one kind of signal gives
+no information about other signals. A model that does not reproduce its record gives no information about the device.
 
 In the simulation, the model error is a sum of sines. It has the spectrum of the residual of the record, without the
 white sensor noise. The frequencies of this spectrum are relative to the mean cycle frequency of the record, because
-errors of the hysteresis are at fixed harmonics of the reference.
+errors of the hysteresis are at fixed harmonics of the reference. The strokes of the record may be smaller than those of
+the references. Therefore the residual is multiplied by the ratio of their RMS values.
 """
 
 from dataclasses import dataclass
@@ -28,7 +30,7 @@ from hystfmu.identify.auto import REFUSED
 from hystfmu.model.guards import at_bounds
 from hystfmu.scenario import Results
 from hystfmu.start.device import LARGE, Device, moving
-from hystfmu.start.references import Tried
+from hystfmu.start.references import STROKE, Tried
 
 PASSED = 0.5  # response of the dynamics, below which the residual says nothing about what stands in front
 EDGES = np.array([0.05, 0.7, 1.5, 2.5, 3.5, 5.5, 8.5, 13.5, 21.5, 34.5, 55.5, 89.5, 144.5, 233.5, 377.5])
@@ -41,7 +43,9 @@ LEAST_SHARE = 1e-4  # of the power of the residual: a tone
 class Misfit:
     """Power of the residual in bands of harmonics of the cycle frequency. `EDGES` contains the edges of the bands."""
 
-    power: Array  # power in front of the dynamics, in the square of the unit of measure of y, shape (len(EDGES) - 1,)
+    # power in front of the dynamics for a sine of the references, in the square of the unit of measure of y, shape
+    # (len(EDGES) - 1,)
+    power: Array
     plant: Plant  # dynamics
     h: float  # step (s)
 
@@ -69,7 +73,7 @@ class Misfit:
     def tones(self, frequency: float, seed: int, strength: float = 1.0) -> blocks.Reference:
         """Return a source that outputs the sines of `lines` with random phases.
 
-        The model error is proportional to the stroke. `strength` is the stroke of the reference relative to the record.
+        The model error is proportional to the stroke. `strength` is the stroke relative to a sine of the references.
         """
         f, power = self.lines(frequency)
         a = strength * np.sqrt(2 * power)
@@ -87,16 +91,16 @@ class Misfit:
 def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant) -> Misfit:
     """Compute the power of the residual of a model in each band, converted to the input of the dynamics `plant`.
 
-    `data` is the record of the fit, `cycle` its mean cycle frequency (Hz), and `noise` the RMS of the white noise of
-    the sensor.
+    The power is that for a sine with the stroke of the references. `data` is the record of the fit, `cycle` its mean
+    cycle frequency (Hz), and `noise` the RMS of the white noise of the sensor.
     """
     e = data.y - free_run(model, data)
     ratio = float(model.fit.get("validation_percent", 0.0)) / max(float(model.fit.get("rms_percent", 1.0)), 1e-12)
-    f, power, counted = [], [], 0
+    f, power, counted, moved = [], [], 0, 0.0
     for rows in data.records:
         strokes = moving(data.u[rows], LARGE * float(np.ptp(data.u)))  # not a chirp behind them: its errors are others
-        part = e[rows][strokes]
-        part = part[np.isfinite(part)]
+        part, u = e[rows][strokes], data.u[rows][strokes]
+        part, u = part[np.isfinite(part)], u[np.isfinite(part)]
         n = len(part)
         if n < 8:
             continue
@@ -104,6 +108,7 @@ def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant
         spectrum = np.abs(np.fft.rfft(window * (part - part.mean()))) ** 2 / (n * np.sum(window**2)) * 2
         f.append(np.fft.rfftfreq(n, data.h))
         power.append((spectrum - 2 * noise**2 / n) * n)
+        moved += n * float(np.average((u - np.average(u, weights=window**2)) ** 2, weights=window**2))
         counted += n
     frequencies, powers = np.concatenate(f or [np.zeros(0)]), np.concatenate(power or [np.zeros(0)])
     G = np.abs(plant.response(np.exp(2j * np.pi * frequencies * data.h), data.h)) if plant.f_n else 1.0
@@ -113,6 +118,8 @@ def misfit(model: Model, data: Dataset, cycle: float, noise: float, plant: Plant
         inside = (frequencies >= low * cycle) & (frequencies < high * cycle)
         found.append(max(float(powers[inside].sum()) / max(counted, 1), 0.0))
     scale = max(ratio, 1.0) ** 2  # the residual of training rows is smaller than that of others
+    if moved > 0:
+        scale *= STROKE**2 / 8 * float(np.ptp(data.u)) ** 2 * counted / moved
     return Misfit(scale * np.array(found), plant, data.h)
 
 
@@ -160,7 +167,8 @@ def promises(
         in_percent = 100 / (2 * t.amplitude)
         run = values[t.name] * tried[0].amplitude / t.amplitude
         why = unknown(found, t, data, model, fault)
-        expected = None if why else float(np.hypot(run, np.sqrt(_left(found, plants, aim, tuned, t)) * in_percent))
+        left = 0.0 if why else _left(found, plants, aim, tuned, t) + t.beyond(found.band, found.h)
+        expected = None if why else float(np.hypot(run, np.sqrt(left) * in_percent))
         bound = None if expected is None else max(BOUND * expected, LEAST * found.noise * in_percent)
         made.append(
             Promise(

@@ -54,6 +54,18 @@ class Tried:
         np.add.at(found, np.abs(n[:, None] * self.frequency - f).argmin(axis=1), (self.amplitude * a) ** 2 / 2)
         return found
 
+    def beyond(self, f: float, h: float) -> float:
+        """Return the power of a reference without jumps above the frequency f (Hz), computed from samples at step h.
+
+        A corner, as in a triangle, has power far above the frequency of the reference.
+        """
+        if self.jumps:
+            return 0.0
+        r = _samples(self.block, self.stop, h)[_rows(self.after, h) :]
+        window = np.hanning(len(r))
+        power = 2 * np.abs(np.fft.rfft(window * (r - r.mean()))) ** 2 / (len(r) * np.sum(window**2))
+        return float(power[np.fft.rfftfreq(len(r), h) > f].sum())
+
 
 def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
     """Return the references for the test of a loop, by default `DEFAULT` with the mean cycle frequency of the record.
@@ -111,8 +123,11 @@ def _tried(found: Device, wanted: Wanted) -> Tried:
 
 def _strength(block: blocks.Reference, amplitude: float, stop: float, h: float) -> float:
     """Return the RMS value of nested reversals relative to the RMS value of a sine with this amplitude."""
-    r = Graph.single(block.node).run(np.zeros((_rows(stop, h), 0)), h)[:, 0]
-    return min(float(np.std(r)) / (amplitude / math.sqrt(2)), 1.0)
+    return min(float(np.std(_samples(block, stop, h))) / (amplitude / math.sqrt(2)), 1.0)
+
+
+def _samples(block: blocks.Reference, stop: float, h: float) -> Array:
+    return Graph.single(block.node).run(np.zeros((_rows(stop, h), 0)), h)[:, 0]
 
 
 def _rows(seconds: float, h: float) -> int:

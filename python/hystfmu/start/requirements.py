@@ -1,7 +1,5 @@
 """Requirements of a loop, from options of the command line, keys of a TOML file, or arguments in Python."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -41,7 +39,7 @@ class Wanted:
     file: str = ""
 
     @classmethod
-    def of(cls, text: str) -> Wanted:
+    def of(cls, text: str) -> "Wanted":
         """Return the reference for a text such as ``triangle:100`` or ``step``, or for the path of a file."""
         shape, _, rest = text.partition(":")
         if shape not in SHAPES:
@@ -73,7 +71,7 @@ class Amplifier:
     high: float = math.inf
 
     @classmethod
-    def of(cls, text: str) -> Amplifier:
+    def of(cls, text: str) -> "Amplifier":
         """Return the limits in a text ``slew=..,max=..,min=..,current=..,capacitance=..``.
 
         A current limit I (A) limits the slew rate: dU/dt = I / C. Therefore it needs the capacitance C (F) of the
@@ -191,7 +189,7 @@ class Requirements:
             raise InputError(f"The 'resonance' must be HZ > 0 and 0 < ZETA < 1. Got {f:g}, {zeta:g} instead.")
 
     @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Requirements:
+    def of(cls, given: Mapping[str, Any]) -> "Requirements":
         """Return the requirements in options of the command line or in keys of a TOML file. Empty values are ignored.
 
         Raises

@@ -5,12 +5,11 @@ outcome (inside the limits, outside, unstable, failed) changed.
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.special import bdtr
 
-from hystfmu.base import InputError, escape, write_text
+from hystfmu.base import InputError, Mask, escape, write_text
 from hystfmu.report.diagrams import Bar, Bars, Parallel
 from hystfmu.report.page import Section, Table, figures, page, section, table
 from hystfmu.report.plot import Line, Plot
@@ -20,7 +19,6 @@ from hystfmu.scenario.report.compare import change_table
 from hystfmu.studies.figures import coordinate, share_bar, share_bars
 from hystfmu.studies.summary import WORDS, Read, is_study, read_study
 
-Bools = np.ndarray[Any, np.dtype[np.bool_]]
 WHICH = ("old", "new")
 PERCENTILES = (50, 95, 99)
 # largest numbers of bars, of distributions, and of changed variations in the table and in the plot
@@ -86,7 +84,7 @@ def _answer(both: tuple[Read, Read]) -> str:
     )
 
 
-def _inside(r: Read) -> Bools:
+def _inside(r: Read) -> Mask:
     return np.array([letter == "i" for letter in r.facts.outcomes])
 
 
@@ -99,7 +97,7 @@ def _sign_test(gained: int, lost: int) -> float:
     return min(1.0, 2 * float(bdtr(min(gained, lost), gained + lost, 0.5)))
 
 
-def _within(r: Read, pair: tuple[str, str]) -> Bools:
+def _within(r: Read, pair: tuple[str, str]) -> Mask:
     return np.asarray(r.metrics[pair] <= r.facts.limits[pair[0]][pair[1]])
 
 
@@ -116,7 +114,7 @@ def _shares(both: tuple[Read, Read]) -> Bars:
     return share_bars(bars)
 
 
-def _bar(name: str, good: Bools, which: str, r: Read) -> Bar:
+def _bar(name: str, good: Mask, which: str, r: Read) -> Bar:
     return share_bar(f"{name}, {which}", float(good.mean()), len(good), r.facts.interval is not None)
 
 

@@ -97,13 +97,14 @@ def effects(x: Array, y: Array) -> Effects:
 
 def _orthonormal(column: Array) -> Array:
     """Return the orthonormal polynomials of degree 0, 1, ... at the values, shape (n, degrees + 1)."""
-    levels = np.unique(column)
+    at = 2 * column - 1
+    levels = np.unique(at)
     if len(levels) > MOST_LEVELS:
         scale = np.sqrt(2 * np.arange(MOST_DEGREE + 1) + 1)
-        return np.asarray(np.polynomial.legendre.legvander(2 * column - 1, MOST_DEGREE) * scale)
+        return np.asarray(np.polynomial.legendre.legvander(at, MOST_DEGREE) * scale)
     # no more polynomials than levels
-    Q, _ = np.linalg.qr(np.polynomial.legendre.legvander(2 * levels - 1, MOST_DEGREE))
-    return np.asarray(np.sqrt(len(levels)) * Q[np.searchsorted(levels, column)])
+    Q, _ = np.linalg.qr(np.polynomial.legendre.legvander(levels, MOST_DEGREE))
+    return np.asarray(np.sqrt(len(levels)) * Q[np.searchsorted(levels, at)])
 
 
 def _powers(most: list[int], degree: int) -> Array:

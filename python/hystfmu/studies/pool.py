@@ -20,8 +20,6 @@ dask-jobqueue (`SLURMCluster(...).scale(20)`) and pass the address of the schedu
 of HystFMU.
 """
 
-from __future__ import annotations
-
 import gc
 import json
 import multiprocessing as mp
@@ -234,21 +232,17 @@ class Pool:
         self._unborn = 0  # number of successive workers that died before they were ready
         self._died: set[int] = set()  # indices of tasks that killed a worker once
 
-    def __enter__(self) -> Pool:
+    def __enter__(self) -> "Pool":
         """Start the workers during the preparation of the study, because their imports take time."""
         if not _forked(*self._of_worker):
             self._workers = [_Worker(*self._of_worker) for _ in range(self._n)]
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self.stop()
+        for w in self._workers:
+            w.kill()  # all of them, before the parent waits for one
         for w in self._workers:
             w.end()
-
-    def stop(self) -> None:
-        """Terminate the workers, because there are no more tasks. The parent does not wait for their end."""
-        for w in self._workers:
-            w.kill()
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
         """Yield the rows of at most n tasks, each row when its run ends."""
@@ -337,16 +331,13 @@ class DaskPool:
         self._systems = self._client.scatter([systems], broadcast=True)[0]
         self._held: dict[Any, list[Task]] = {}  # running tasks by future
 
-    def __enter__(self) -> DaskPool:
+    def __enter__(self) -> "DaskPool":
         return self
 
     def __exit__(self, *exception: object) -> None:
         with suppress(OSError):  # the scheduler has ended, so its workers end and their folders are removed
             self._client.cancel(list(self._held))
         self._client.close()
-
-    def stop(self) -> None:
-        """Do nothing, because the workers belong to the cluster and continue to run."""
 
     def run(self, tasks: Iterable[Task], n: int) -> Iterator[dict[str, Any]]:
         """Yield the rows of at most n tasks. Tasks are sent in groups, and the rows of a group are yielded together.

@@ -16,7 +16,7 @@ from hystfmu.scenario.report.loops import loop_explorer
 from hystfmu.scenario.report.page import write_report as write_page
 from hystfmu.scenario.system.system import System
 from hystfmu.studies import figures
-from hystfmu.studies.spec import Study
+from hystfmu.studies.spec import ObjectiveSpec, Study
 from hystfmu.studies.summary import Row, Summary, command, facts, metric_unit, save_settings, worst_rows
 from hystfmu.studies.task import OUTSIDE, LoopLimits
 
@@ -152,7 +152,7 @@ def write_report(
     sections = [_answer(study, labels, least, rows, summary)]
     objective = least.objective() if least is not None else None
     if study.spec.objective is not None:
-        objective = _objective(study), _scores(study, rows)
+        objective = _objective(study.spec.objective), _scores(study, rows)
     draws = figures.all_draws(study, least.by_effect(labels) if least else labels, systems, rows, objective)
     if draws is not None:
         sections.append(Section("All variations", DRAG, plots=[draws]))
@@ -199,28 +199,26 @@ def _answer(
     text = study.spec.text
     if summary is not None:
         text = f"{summary.sentence} {text}".strip()
-        limited = [s for s in summary.spreads if s.limit is not None and s.within is not None]
+        limited = [s for s in summary.spreads if s.limit is not None]
         if limited:
             text_of = "percentiles of the metrics with a limit, over all variations"
             tables.insert(0, Table(figures.HEAD, figures.spread_rows(limited), text_of))
     plots: list[Diagram | None] = [] if summary is None else [figures.shares(summary)]
     if study.spec.objective is not None:
         scores = _scores(study, rows)
-        plots.append(figures.tuning(scores, _objective(study)))
+        named = _objective(study.spec.objective)
+        plots.append(figures.tuning(scores, named))
         if best is not None:
             at = ", ".join(f"{labels[k]} {v:.4g}" for k, v in best["values"].items())
-            score = f"{_objective(study)} = {scores[best['variation']]:.4g}"
+            score = f"{named} = {scores[best['variation']]:.4g}"
             text = f"Variation {best['variation']} is the best: {score} at {at}. {text}".strip()
     if least is not None:
         plots.append(least.decides())
     return Section("", text, plots=[p for p in plots if p is not None], folded=tables)
 
 
-def _objective(study: Study) -> str:
-    """Return the name of the quantity that the study minimises, or "" if it minimises nothing."""
-    objective = study.spec.objective
-    if objective is None:
-        return ""
+def _objective(objective: ObjectiveSpec) -> str:
+    """Return the name of the quantity that a study minimises."""
     return f"{objective.over_cases} of {objective.metric}" + (" / target" if objective.targets else "")
 
 

@@ -220,7 +220,6 @@ def study(
                 k = len(systems)
                 of_variation = [missing.all[i : i + k] for i in range(0, len(missing.all), k)]
                 proposals.tell([[known[t.id] for t in tasks] for tasks in of_variation])
-            pool.stop()
             rows = [known[i] | {"index": n} for i, n in sorted(order.items(), key=lambda item: item[1])]
             table = store.finish(rows)
             summary = summarise(plan, systems, rows)

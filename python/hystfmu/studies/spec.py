@@ -5,8 +5,6 @@ design instead of each filter tap or pole. The design is computed for the values
 set in every case. The result is that of the function in `hy.design`.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -90,7 +88,7 @@ class Weight(pydantic.BaseModel):
     T_p: str | None = None
 
     @pydantic.model_validator(mode="after")
-    def _one_gain(self) -> Weight:
+    def _one_gain(self) -> "Weight":
         if (self.K is None) == (self.Ki is None):
             raise ValueError("must have exactly one of K and Ki.")
         return self
@@ -204,7 +202,7 @@ class SecondOrderSpec(pydantic.BaseModel):
     zeta: Bounds = Field(description="lowest and highest damping ratio")
 
     @pydantic.model_validator(mode="after")
-    def _physical(self) -> SecondOrderSpec:
+    def _physical(self) -> "SecondOrderSpec":
         for key in ("gain", "f_n", "zeta"):
             lo, hi = getattr(self, key)
             if not 0 < lo < hi:
@@ -212,7 +210,7 @@ class SecondOrderSpec(pydantic.BaseModel):
         return self
 
     @property
-    def coordinates(self) -> dict[str, ParameterSpec]:
+    def coordinates(self) -> "dict[str, ParameterSpec]":
         """Varied parameters by name."""
         return {k: ParameterSpec.model_validate({"range": getattr(self, k)}) for k in ("gain", "f_n", "zeta")}
 
@@ -237,7 +235,7 @@ class ParameterSpec(pydantic.BaseModel):
     steps: int = Field(5, ge=1, le=100_000, description="grid: number of values in a range")
 
     @pydantic.model_validator(mode="after")
-    def _one(self) -> ParameterSpec:
+    def _one(self) -> "ParameterSpec":
         ways = ("range", "scale", "values", "second_order")
         given = [k for k in ways if getattr(self, k) is not None]
         if len(given) != 1:
@@ -271,7 +269,7 @@ class ParameterSpec(pydantic.BaseModel):
         lo, hi = self.bounds
         return math.log(value / lo) / math.log(hi / lo) if self.log else (value - lo) / (hi - lo)
 
-    def coordinates(self, name: str) -> dict[str, ParameterSpec]:
+    def coordinates(self, name: str) -> "dict[str, ParameterSpec]":
         """Return the independently varied quantities of the parameter `name`, by name.
 
         This is the parameter itself, or the quantities from which the parameter is computed.

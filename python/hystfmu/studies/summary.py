@@ -52,8 +52,9 @@ class Summary:
     ----------
     draws, inside, unstable, failed : int
         Numbers of all variations and of variations inside the limits, unstable and failed ones. Unstable and failed
-        variations are outside the limits. A run is unstable if its values grow without bound, if its error is as large
-        as for a constant output, or if its linearised loop has a pole outside the unit circle.
+        variations are outside the limits. A run is unstable if its values grow without bound, if its linearised loop
+        has a pole outside the unit circle, or if its error is as large as for a constant output and is not within its
+        limits.
     interval : (float, float) or None
         95 % confidence interval of the share (Clopper and Pearson). It is None for a grid, whose points are not random.
     spreads : tuple of Spread
@@ -121,7 +122,7 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
     limits = {name: study.limits(s.case) for name, s in of_case.items()}
 
     def outcome(group: list[Row]) -> str:
-        if any(is_unstable(of_case[r["case"]], r) for r in group):
+        if any(is_unstable(of_case[r["case"]], r, limits[r["case"]]) for r in group):
             return "unstable"
         if any(r["status"] != "ok" for r in group):
             return "failed"
@@ -131,17 +132,23 @@ def outcomes(study: Study, systems: Sequence[System], rows: Sequence[Row]) -> di
     return {v: outcome(group) for v, group in grouped(rows, lambda r: int(r["variation"])).items()}
 
 
-def is_unstable(system: System, row: Row) -> bool:
+def is_unstable(system: System, row: Row, limits: Mapping[str, float]) -> bool:
     """Return whether a run is unstable.
 
-    A run is unstable if it diverged, if its error is as large as for a constant output, or if its linearised loop has a
-    pole outside the unit circle.
+    A run is unstable if it diverged, or if its linearised loop has a pole outside the unit circle. It is also unstable
+    if its error is as large as for a constant output, unless its errors have limits in `limits` and are within them. A
+    reference that jumps, for example, causes such errors in every stable loop.
     """
     if row["status"] == "stopped":
         return True
-    lost = {name: LOST[m.kind] for name, m in system.case.metrics.items() if m.kind in LOST}
     metrics = row["metrics"]
-    return any(not metrics.get(k, 0.0) <= most for k, most in lost.items()) or not metrics.get("radius", 0.0) < 1
+    if not metrics.get("radius", 0.0) < 1:
+        return True
+    lost = {name: LOST[m.kind] for name, m in system.case.metrics.items() if m.kind in LOST}
+    asked = {name: limits[name] for name in lost if name in limits}
+    return any(not metrics.get(k, 0.0) <= most for k, most in lost.items()) and not (
+        asked and all(metrics.get(k, math.inf) <= most for k, most in asked.items())
+    )
 
 
 def worst_rows(rows: Sequence[Row], case: str, limits: Mapping[str, float]) -> list[Row]:

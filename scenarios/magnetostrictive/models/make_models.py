@@ -9,8 +9,6 @@ The fit sees the rows of the record only.  Its class is not that of the plant: h
 the hysteresis, the model has all of its dynamics and a delay behind it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -9,8 +9,6 @@ natural frequencies and damping are those of a data sheet: 500 Hz and 1.6 kHz, 0
 feed-forward of the scans in scans.toml.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

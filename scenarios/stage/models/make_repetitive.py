@@ -7,8 +7,6 @@ what it acts on is P = z^-1 G / (1 + C G), for modes from -20 to +20 % and slope
 For a loop of your own: hystfmu design repetitive.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -5,8 +5,6 @@
 The draws are new in each run; the file keeps their seed.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import tomllib

@@ -3,8 +3,6 @@
 python scenarios/stage/models/run_margins.py [CONTROLLER ...]
 """
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from itertools import pairwise

@@ -11,8 +11,7 @@ from click.testing import CliRunner
 
 import hystfmu as hy
 from hystfmu.cli import main
-from hystfmu.cli.options import Command
-from hystfmu.cli.signature import of
+from hystfmu.cli.options import Command, of
 from hystfmu.scenario import Engine
 
 SHARED: list[tuple[str, Callable[..., Any], tuple[str, ...]]] = [

@@ -133,7 +133,7 @@ def ends(model: Model, fmi: int, tolerance: float, folder: Path) -> None:
         assert error == 0.0
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 @pytest.mark.parametrize("key", DYNAMIC)
 def test_kinds_with_dynamics_end(key: str, tolerance: float, fitted: dict[str, Model], tmp_path: Path) -> None:
@@ -231,16 +231,9 @@ def installed(readers: Iterable[str]) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("name", "separate"),
-    [
-        ("Feedthrough", False),
-        *(
-            pytest.param(*c, marks=pytest.mark.stress)
-            for c in (("Feedthrough", True), ("Dahlquist", False), ("Dahlquist", True))
-        ),
-    ],
-)
+@pytest.mark.stress
+@pytest.mark.parametrize("separate", [False, True])
+@pytest.mark.parametrize("name", ["Feedthrough", "Dahlquist"])
 def test_a_loop_with_a_reference_fmu(name: str, separate: bool, tmp_path: Path) -> None:
     readers, connections = FMUS[name]
     found, original = installed(readers), reference_fmu(f"fmi2/{name}")

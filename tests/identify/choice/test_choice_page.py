@@ -1,7 +1,5 @@
 """The page of the choice benchmark: its ratios, its misses, and what it says of seeds and commits."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -164,6 +164,13 @@ def test_the_distance_from_the_median_of_all_that_stay_in_the_range(race):
     assert set(distances().values()) == {0.0}
 
 
+def test_rounding_errors_have_equal_weights(race):
+    race.poor = True
+    outputs = {"a": (0.0, 0.0), "b": (1e-5 * SPAN, 1.0), "c": (1.9e-5 * SPAN, 5.0)}
+    race.trials = {n: trial(n, e, others=[np.full(4, y)]) for n, (e, y) in outputs.items()}
+    assert [race.uncertainty(t) for t in race.trials.values()] == [1.0, 0.0, 4.0]
+
+
 def test_the_weighted_median_of_each_column():
     rng = np.random.default_rng(4)
     values, weights = rng.normal(size=(7, 50)), rng.uniform(0.1, 1, 7)

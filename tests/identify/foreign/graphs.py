@@ -3,8 +3,6 @@
 The functions take the numbers that the device of the same name draws, in this order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any

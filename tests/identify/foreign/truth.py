@@ -1,7 +1,5 @@
 """What a fit of the true structure reaches on a record: the numbers of a device, fitted from the true ones on."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import least_squares
 

@@ -1,6 +1,7 @@
 """Structured actuator: which part is kept at which gain, in which order the parts are tried."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -110,6 +111,37 @@ def test_lags_a_decade_apart_up_to_a_third_of_the_record(option, error, kept, g)
         assert f.asked[1][1].tolist() == list(range(0, 90, 3))
         assert f.asked[2][0].g is G
     assert len(f.asked) == (1 if g is None else 3)
+
+
+def test_what_is_a_clear_error():
+    f = SimpleNamespace(noise=0.1, data=SimpleNamespace(span=100.0))
+    assert [actuator._clear(f, trial(e)) for e in (0.199, 0.2, 0.201)] == [False, False, True]
+    f.data.span = 1000.0
+    assert [actuator._clear(f, trial(e)) for e in (0.499, 0.501)] == [False, True]
+
+
+def test_time_constants_from_ten_samples_to_a_third_of_the_record():
+    def lags(rows, per_decade):
+        return actuator._lags(SimpleNamespace(data=SimpleNamespace(h=H, train=SimpleNamespace(stop=rows))), per_decade)
+
+    assert lags(3000, 1) == pytest.approx((0.01, 0.1, 1.0))
+    assert lags(3000, 3) == pytest.approx(10 ** np.arange(-2, 0.01, 1 / 3))
+    assert lags(30, 1) == pytest.approx((0.02,))
+    assert (len(lags(3 * 10**9, 1)), len(lags(3 * 10**9, 3))) == (6, 18)
+    assert lags(3 * 10**9, 1)[-1] == pytest.approx(1e6)
+
+
+@pytest.mark.parametrize(("k", "bounded"), [(3.99, True), (4.01, False), (-5.99, True), (-6.01, False)])
+def test_a_step_response_stays_within_five_times_its_start(k, bounded):
+    of = trial(1.0, T=(2.0,))
+    assert actuator._relaxes(replace(of, fit=replace(of.fit, k=np.array([k])))) is bounded
+
+
+def test_the_components_of_a_fit_as_options():
+    found = actuator._structure(Parts(operator="relays", degree=3))
+    assert found == {"operator": "relays", "bend": 3, "creep": "no", "dynamics": "no"}
+    words = [actuator._structure(Parts(T=(1.0,), signed=signed, g=G)) for signed in (False, True)]
+    assert [(w["creep"], w["dynamics"]) for w in words] == [("yes", "yes"), ("back-relaxation", "yes")]
 
 
 @pytest.mark.parametrize(

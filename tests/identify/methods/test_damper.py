@@ -35,6 +35,7 @@ def damper(u, c_0, c_1, k_0, k_1, alpha, beta, gamma, n):
     return c_1 * rate(w, z, u, v)[0] + k_1 * u
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_numbers_of_a_damper_are_found_in_units_of_measure(sign):
     """Displacements of 20 mm and forces of some hundred newtons, in a record that begins with an offset."""

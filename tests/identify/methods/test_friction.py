@@ -7,6 +7,7 @@ import pytest
 from foreign.records import Case
 
 import hystfmu as hy
+from hystfmu.identify.methods import maxwell_slip_oscillator as maxwell
 
 FORMS = ("multisine", "chirp", "decaying sine")
 H = 1e-3
@@ -49,7 +50,7 @@ def stage(u, m=2e-5, c=8e-4, k=1.0, springs=((0.03, 0.2), (0.1, 0.25), (0.25, 0.
     return np.array(out)
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("name", "key"), [("LuGre", "lugre"), ("slip stage", "maxwell_slip_oscillator")])
 def test_a_foreign_device_to_the_noise_of_its_record(name, key, form):
@@ -120,3 +121,19 @@ def test_a_record_without_mass_or_friction_is_refused():
             hy.InputError, match=r"must show a mass that is held by springs with sliders, .* Got m_L = "
         ):
             hy.fit(hy.Dataset.from_signal(u, y, H), "maxwell_slip_oscillator")
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_springs_that_a_filtered_equation_of_motion_selects(sign):
+    u = tones(3)
+    y = stage(u)
+    found = maxwell.selected(hy.Dataset(H * np.arange(ROWS), sign * u + 0.3, y), y, 24, True)
+    assert found.sign == sign
+    m, c, k = found.stiff[:3]
+    assert (m, c) == (pytest.approx(2e-5, rel=0.1), pytest.approx(8e-4, rel=0.3))
+    assert k + found.stiff[3:].sum() == pytest.approx(1.75, rel=0.03)
+    grid = np.ptp(y) * np.geomspace(0.004, 0.45, 24)
+    assert np.isin(found.r, grid).all()
+    assert 0 < len(found.r) == len(found.stiff) - 3 < 12
+    with pytest.raises(hy.InputError, match="must show a mass that is held by springs with sliders"):
+        maxwell.selected(hy.Dataset(H * np.arange(ROWS), u, u), u, 12, True)

@@ -74,6 +74,7 @@ def test_the_parameters_of_the_plant_are_found_with_their_bounds():
     assert model.graph.outputs[0].unit == "m"
 
 
+@pytest.mark.stress  # on other signals: ../test_duhem_oscillator.py
 def test_a_plant_of_another_integrator():
     h, true = 5e-4, {"m_L": 2.0, "c_L": 15.0, "k_L": 3e4, "alpha": 4e4}
     spectrum = np.zeros(2001, complex)

@@ -128,6 +128,25 @@ def test_the_error_may_grow_by_a_factor(factor, drifted):
     assert (held.stated, held.of, held.drifted) == (0.4, "held-out", False)
 
 
+@pytest.mark.parametrize("share", [0.02, 0.3, 1.0])
+def test_a_change_of_the_gain_that_a_small_record_hides(share):
+    u = 3 + share * (U - 3)
+    size, offset = 2 * np.std(u[(u >= 1) & (u <= 5)]), lambda v: 2 * v + 0.1
+    if size < np.sqrt(3) * 0.1:
+        with pytest.raises(InputError, match="new: The output of the model must move enough"):
+            check_device(stated(), record(offset, u))
+        assert check_device(stated(), record(lambda v: 2 * v + 0.3, u)).drifted
+        return
+    found = check_device(stated(), record(offset, u))
+    assert found.hidden_gain == pytest.approx(100 * np.sqrt(3) * 0.1 / size)
+    assert str(found).endswith(f"a gain change below {found.hidden_gain:.2g} % does not show")
+    for change, drifted in ((0.9, False), (1.1, True)):
+        scaled = record(
+            lambda v, k=1 + change * found.hidden_gain / 100: 2 * (k * (v - np.mean(u)) + np.mean(u)) + 0.1, u
+        )
+        assert check_device(stated(), scaled).drifted is drifted
+
+
 def test_each_change_is_solved_alone():
     rng = np.random.default_rng(2)
     y = 2 * U + 0.3 * rng.normal(size=400)

@@ -178,6 +178,7 @@ def warned(y, key="prandtl_ishlinskii", **options):
     return fit(Dataset.from_signal(U, y, H), key, **options).fit.get("warnings", [])
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("percent", [3.0, -3.0])
 def test_a_linear_drift_is_said_with_its_size(percent):
     y = Y + percent / 100 * SPAN * np.arange(len(U)) / len(U)

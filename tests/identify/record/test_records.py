@@ -33,12 +33,12 @@ def parts():
 
 def test_a_fit_to_several_records_forgets_between_them(parts):
     data = Dataset.joined(parts)
-    model = fit(data, "prandtl_ishlinskii", N=100)
+    model = fit(data, "prandtl_ishlinskii", N=40)
     free = np.concatenate([model.predict(part.u, H) for part in parts])
     assert model.fit["rms"] == pytest.approx(float(np.sqrt(np.mean((free - data.y) ** 2))), rel=1e-12)
     assert model.fit["rms_percent"] < 0.3
     one = Dataset(np.arange(len(data.u)) * H, data.u, data.y)  # as if the memory went on
-    assert fit(one, "prandtl_ishlinskii", N=100).fit["rms_percent"] > 4 * model.fit["rms_percent"]
+    assert fit(one, "prandtl_ishlinskii", N=40).fit["rms_percent"] > 4 * model.fit["rms_percent"]
     assert model.provenance["starts"] == list(data.starts)
 
 
@@ -87,13 +87,6 @@ def test_a_record_that_begins_at_an_end_of_the_range_counts_from_its_first_full_
     second = counted[len(low[0].u) :]
     assert len(second) < len(low[1].u)
     assert second[0] >= 0.9 * run.u.max()
-
-
-def test_one_record_gives_the_same_bits_as_before(parts):
-    alone = fit(parts[0], "prandtl_ishlinskii")
-    joined = fit(Dataset.joined(parts[:1]), "prandtl_ishlinskii")
-    np.testing.assert_array_equal(joined.predict(parts[1].u), alone.predict(parts[1].u))
-    assert "starts" not in joined.provenance
 
 
 def test_records_from_files_and_from_a_column(tmp_path, parts):

@@ -9,6 +9,7 @@ import pytest
 
 from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
+from hystfmu.identify.catalogue import covariate_inputs
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, unknown
@@ -16,7 +17,6 @@ from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
-from hystfmu.identify.graphs import covariate_inputs
 from hystfmu.identify.solvers.trust_region import Differences, standard_errors
 
 H = 1e-3

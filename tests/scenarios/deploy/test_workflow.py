@@ -58,6 +58,7 @@ def statuses(folder: Path) -> dict[str, int]:
     return found
 
 
+@pytest.mark.stress
 def test_it_passes_and_shows_what_a_branch_changes(repository: Path) -> None:
     assert list(statuses(repository).values()) == [0, 0]
     (suite,) = ET.parse(repository / "new" / "junit.xml").getroot()

@@ -13,7 +13,6 @@ import pytest
 from bad_fmu import DESCRIPTION, SLEEPS, SPINS, bad_fmu
 from engines import ready
 from reference_fmus import reference_fmu
-from test_fmu_alone import exchange_only
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -185,6 +184,7 @@ def test_a_number_that_is_not_finite_stops_before_our_unit(write: Any, engine: s
         run(write, engine, f"{{ y = {number}; return fmi2OK; }}")
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_status_of_reading(write: Any, engine: str) -> None:
     """A warning is no failure, all else stops the run."""
@@ -284,41 +284,6 @@ def in_all_engines(folder: Path) -> Trace:
     return first
 
 
-# each scheme and each hold once
-SOON = [("gauss_seidel", "first"), ("iterative", "zero")]
-LONG = [(s, h) for s in ("gauss_seidel", "jacobi", "iterative") for h in ("zero", "first") if (s, h) not in SOON]
-
-
-@pytest.mark.some(1)
-@pytest.mark.parametrize(("scheme", "hold"), [*SOON, *(pytest.param(*c, marks=pytest.mark.stress) for c in LONG)])
-def test_model_exchange_in_a_closed_loop(loop: Any, write: Any, scheme: str, hold: str) -> None:
-    """The second-order dynamics of the plant as a foreign FMU that has Model Exchange only."""
-    loop["stop"], loop["coupling"] = 0.005, {"scheme": scheme}
-    del loop["metrics"]["tracking"]["after"]
-    omega = 2 * np.pi * 500
-    values = {"b": [omega**2], "a": [1.0, 1.4 * omega, omega**2]}
-    loop["units"]["plant"]["graph"] = {
-        "blocks": [{"name": "hysteresis", "type": "backlash_sum", "values": {"w0": 0.3, "r": [0.1], "w": [0.3]}}],
-        "inputs": [{"name": "u", "to": ["hysteresis.u"]}],
-        "outputs": [{"name": "v", "source": "hysteresis.y"}],
-    }
-    loop["units"]["g0"] = {"block": "transfer_function", "dims": {"na": 2, "nb": 0}, "values": values}
-    loop["units"]["g0"] |= {"substeps": 2, "hold": hold}
-    loop["order"] = ["plant", "g0", "reference", "pid"]
-    loop["connections"] |= {"g0.u": "plant.v", "pid.y": "g0.y"}
-    loop["record"], loop["loops"] = ["g0.y"], []
-    loop["metrics"]["tracking"]["signal"] = "g0.y"
-    want = simulate(ready(write(loop)), "native")["g0.y"]
-    node = Node("g0", "transfer_function", {"na": 2, "nb": 0}, values)
-    folder = write(loop)
-    export_fmu(Graph.single(node).with_step(1e-4), folder / "both.fmu")
-    exchange_only(folder / "both.fmu", folder / "g0.fmu")
-    loop["units"]["g0"] = {"fmu": "g0.fmu", "substeps": 2, "hold": hold}
-    got = in_all_engines(write(loop))["g0.y"]
-    assert np.abs(want).max() > 0.05
-    assert np.abs(got - want).max() < 1e-7  # ours integrates exactly
-
-
 def feedthrough(loop: Any, write: Any, name: str) -> Path:
     """A scenario in which a reference drives an input of Feedthrough."""
     folder = write(loop)
@@ -331,15 +296,14 @@ def feedthrough(loop: Any, write: Any, name: str) -> Path:
     return Path(write(loop))
 
 
-def test_whole_numbers_are_the_nearest(loop: Any, write: Any) -> None:
-    trace = in_all_engines(feedthrough(loop, write, "Int16"))
-    assert trace["x.Int16_output"].tolist() == np.round(trace["reference.r"]).tolist()
-    assert set(trace["x.Int16_output"]) == {-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0}
-
-
-def test_a_boolean_is_true_from_one_half_on(loop: Any, write: Any) -> None:
-    trace = in_all_engines(feedthrough(loop, write, "Boolean"))
-    assert trace["x.Boolean_output"].tolist() == (trace["reference.r"] >= 0.5).astype(float).tolist()
+@pytest.mark.some(1)
+@pytest.mark.parametrize(("kind", "want"), [("Int16", np.round), ("Boolean", lambda r: (r >= 0.5).astype(float))])
+def test_a_whole_number_is_the_nearest_and_a_boolean_true_from_one_half_on(
+    loop: Any, write: Any, kind: str, want: Callable[[Any], Any]
+) -> None:
+    trace = in_all_engines(feedthrough(loop, write, kind))
+    assert trace[f"x.{kind}_output"].tolist() == want(trace["reference.r"]).tolist()
+    assert {0.0, 1.0} <= set(trace[f"x.{kind}_output"])
 
 
 @pytest.mark.some(1)

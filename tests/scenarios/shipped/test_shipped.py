@@ -35,7 +35,7 @@ CONDITIONS = (*NOMINAL, "random", "broadband", *DISTURBED)
 BOTH_PLANTS = {f"{plant}{c}" for plant in PLANTS for c in (*CONDITIONS, *(f"{k}_{e}" for k in CORNERS for e in ENDS))}
 
 
-@pytest.mark.some(6)
+@pytest.mark.some(3)
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)
 def test_complete_with_limits(folder: Path) -> None:
     """A limit is what is asked for: a round figure, met, which the baseline does not set."""

@@ -310,6 +310,7 @@ def test_every_case_meets_limit_and_baseline(name: str) -> None:
     assert all(v.limit is not None for r in results for v in r.verdicts)
 
 
+@pytest.mark.stress  # the corners without the lag of the field: above
 def test_the_margins_hold() -> None:
     """Peak at most 6 dB, and every corner stable with one more step, for slopes from 0.54 to 1.64."""
     assert CliRunner().invoke(main, ["margins", str(ROD / "pid")]).exit_code == 0
@@ -324,6 +325,7 @@ def script() -> ModuleType:
     return loaded(REPOSITORY / "scenarios" / "models" / "run_switching.py")
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("plant", ["backlash", "bouc_wen"])
 def test_the_record_is_what_its_script_computes(script: ModuleType, law: str, plant: str) -> None:

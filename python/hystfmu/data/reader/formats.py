@@ -146,7 +146,7 @@ def _arrow_column(pa: Any, field: Any, column: Any) -> list[Found]:
             return []
         name = "index"
     if pa.types.is_timestamp(kind) or pa.types.is_time(kind) or pa.types.is_date64(kind):
-        scale = {"date64[day]": "ms", "date64[ms]": "ms"}.get(str(kind)) or kind.unit
+        scale = "ms" if pa.types.is_date64(kind) else kind.unit
         width = pa.int32() if pa.types.is_time32(kind) else pa.int64()
         return timed(name, column.cast(width).to_numpy().astype(np.int64).view(f"datetime64[{scale}]"))
     if pa.types.is_duration(kind):

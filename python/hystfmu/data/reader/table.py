@@ -5,8 +5,6 @@ A heading contains a name and a unit of measure, as in ``Zeit [ms]``, ``u (V)``,
 ``# fs = 2 kHz``, ``Sample Interval,4e-07,s`` of an oscilloscope, and ``Delta_X`` of LabVIEW.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -234,7 +232,7 @@ class Column:
             object.__setattr__(self, key, printable(getattr(self, key)))
 
     @classmethod
-    def of(cls, label: str, unit: str = "", kind: Kind = "number") -> Column:
+    def of(cls, label: str, unit: str = "", kind: Kind = "number") -> "Column":
         """Return the column with the heading `label`. A nonempty `unit` replaces the unit of measure in the heading."""
         name, found = split_name(label)
         return cls(label, name, unit or found, kind)

@@ -3,8 +3,6 @@
 A unit of measure is written as a product of symbols with prefixes and exponents, such as `um/V` or `N.s/m2`.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -24,7 +22,7 @@ class UnitOfMeasure:
     scale: float = 1.0
     offset: float = 0.0
 
-    def times(self, other: UnitOfMeasure, n: int) -> UnitOfMeasure:
+    def times(self, other: "UnitOfMeasure", n: int) -> "UnitOfMeasure":
         """Return the product of this unit and the n-th power of another unit."""
         both = {k: self.exponents.get(k, 0) + n * other.exponents.get(k, 0) for k in self.exponents | other.exponents}
         return UnitOfMeasure(both, self.ten + n * other.ten, self.scale * other.scale**n)

@@ -5,8 +5,6 @@ Importers can repeat the experiment and compare the results. The formats are the
 hysteresis loop of this experiment. The icons are a PNG file of 128 x 128 pixels and an SVG file.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import struct
@@ -154,7 +152,7 @@ class Reference:
     y: Array
 
     @classmethod
-    def of(cls, graph: Graph, model: Model | None = None) -> Reference:
+    def of(cls, graph: Graph, model: Model | None = None) -> "Reference":
         """Return the reference experiment of a graph. The stimulus has the range of the training data of `model`.
 
         Each covariate increases from the lower to the upper end of its range in the training data.

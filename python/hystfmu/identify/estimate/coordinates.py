@@ -10,8 +10,6 @@ limits in its block lies between these limits. The logarithm of a positive param
 the thousandfold of its value in the graph.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

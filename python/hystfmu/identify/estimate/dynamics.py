@@ -8,8 +8,6 @@ Padé approximant of e^(-s tau) of order 2 in the transfer function. The phase e
 tau)^5/720, which is 5e-9 rad at a fiftieth of the sampling rate.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,9 +15,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, Indices, InputError
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import discretised
@@ -57,7 +54,7 @@ class Dynamics:
     beside: Beside = ()
 
     @classmethod
-    def at(cls, p: Sequence[float] | Array, h: float, beside: Beside = ()) -> Dynamics:
+    def at(cls, p: Sequence[float] | Array, h: float, beside: Beside = ()) -> "Dynamics":
         """Return the dynamics at the point p = (ln f_n, ln zeta, delay in samples) of a search, for the step h (s).
 
         If p has further elements, they are the shares of the modes `beside`.
@@ -94,7 +91,7 @@ class Dynamics:
         g0 = Node("g0", "transfer_function", {}, {"b": b, "a": a, "hold": hold, "start": "steady"})
         return (g0, Node("delay", "delay", {"n": whole})) if whole else (g0,)
 
-    def filter(self, columns: Array, h: float, hold: str, rows: NDArray[np.intp] | None = None) -> Array:
+    def filter(self, columns: Array, h: float, hold: str, rows: Indices | None = None) -> Array:
         """Return the columns (n, m), filtered by G0 and the delay from steady state, on ascending rows or all rows."""
         g0, *delays = self.nodes(h, hold)
         picked = np.arange(len(columns)) if rows is None else rows

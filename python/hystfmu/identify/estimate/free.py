@@ -11,8 +11,6 @@ from 1. Its value is True, a pair (lower, upper), or a table with some of these 
 A file of a graph with free parameters contains the tables of a model file, and a table ``[free]``.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

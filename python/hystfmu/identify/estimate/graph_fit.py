@@ -4,8 +4,6 @@ For the fit of a single block, a graph is built: the input is scaled to [-1, 1],
 weighted sum of the outputs of the block plus an offset.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -17,13 +15,11 @@ from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.listing import group
-from hystfmu.identify.catalogue import Built, Option, Options
+from hystfmu.identify.catalogue import Built, Option, Options, device, scaled_input
 from hystfmu.identify.estimate.coordinates import default_bounds, is_log, made_coordinates
 from hystfmu.identify.estimate.free import Free, Spec, read
 from hystfmu.identify.estimate.linear_parts import linear_parts
-from hystfmu.identify.estimate.objective import Linear, Objective, OutOfTime
-from hystfmu.identify.estimate.search import determined, search
-from hystfmu.identify.graphs import device, scaled_input
+from hystfmu.identify.estimate.objective import Linear, Objective, OutOfTime, determined, search
 
 TEXT = "graph of blocks, free parameters by least squares on the free run"
 REPEATED = 1e-4  # a parameter is redundant if the effects of others represent its effect except for this fraction

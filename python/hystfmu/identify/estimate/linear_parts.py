@@ -6,8 +6,6 @@ values near the values of the graph. Otherwise a weight of 0 would hide the effe
 The test does not use knowledge about the blocks, so a new block needs no further code.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 

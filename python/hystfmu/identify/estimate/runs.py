@@ -1,14 +1,12 @@
 """Simulations of a graph for given parameter values: the output and its derivatives with respect to parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, Indices, InputError
 from hystfmu.core.executor import SEED, Executor
 from hystfmu.graph import Graph
 
@@ -50,7 +48,7 @@ class Runs:
         inputs: Array,
         h: float,
         changes: Sequence[Mapping[str, Array]],
-        rows: NDArray[np.intp],
+        rows: Indices,
         step: float = DIFFERENCE,
     ) -> tuple[Array, Array]:
         """Return the output (k,) and its derivatives (k, changes) on the rows `rows` (k,), in rising order.
@@ -82,7 +80,7 @@ class Runs:
         return y[:, 0], whole
 
     def _differences(
-        self, inputs: Array, h: float, changes: Sequence[Mapping[str, Array]], rows: NDArray[np.intp], step: float
+        self, inputs: Array, h: float, changes: Sequence[Mapping[str, Array]], rows: Indices, step: float
     ) -> tuple[Array, Array]:
         """Return the output and its derivatives by finite differences of whole simulations.
 

@@ -12,24 +12,20 @@ stage searches the shape for these dynamics. The third stage searches all parame
 support the delay (Bayesian information criterion), it is omitted, because it would triple the standard error of f_n.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from hystfmu.base import Array, Progress
+from hystfmu.base import Array, Indices, Mask, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import Built, Options
+from hystfmu.identify.catalogue import Built, Options, device, wired
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, told
-from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import best_of, determined, search
+from hystfmu.identify.estimate.objective import Linear, Objective, best_of, determined, search
 from hystfmu.identify.estimate.weighted import Weighted
 from hystfmu.identify.estimate.weighted import search as search_dynamics
-from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.solvers.trust_region import Coordinates, correlation_time, refined, standard_errors
 
 MOST_ROWS = 5000  # maximum number of rows in the first two stages; more rows are thinned evenly after the simulation
@@ -114,7 +110,7 @@ def build(operator: Template, data: Dataset, options: Options, progress: Progres
     everything = Coordinates(lo, hi, scale, chains.values)
     linear = _linear(operator, "hysteresis")
 
-    def objective(moved: NDArray[np.bool_], p: Array, rows: NDArray[np.intp]) -> Objective:
+    def objective(moved: Mask, p: Array, rows: Indices) -> Objective:
         def structure(q: Array) -> Graph:
             return chains.at(Coordinates.joined(moved, p, q))
 
@@ -167,7 +163,7 @@ def _chain(operator: Template, front: list[Node], tail: list[Node]) -> _Series:
     return [*front, *operator.nodes[1:], *tail], wires, [f"{front[0].name}.u"], f"{tail[-1].name}.y"
 
 
-def _bank(operator: Template, data: Dataset, rows: NDArray[np.intp], hold: str) -> Weighted:
+def _bank(operator: Template, data: Dataset, rows: Indices, hold: str) -> Weighted:
     """Return the problem of the dynamics after the bank, whose weights linear least squares gives."""
     found = [np.ones((len(data.u), 1))]
     for point in operator.bank:
@@ -175,7 +171,7 @@ def _bank(operator: Template, data: Dataset, rows: NDArray[np.intp], hold: str) 
         nodes = [n.with_values(**{k: v for node, k, v in given if node == n.name}) for n in operator.nodes]
         found.append(_run(operator, nodes, data.u)[:, len(found) > 1 :])  # all have the same first column, the input
 
-    def fit(columns: Array, y: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def fit(columns: Array, y: Array) -> tuple[Array, Mask]:
         size = np.linalg.norm(columns, axis=0)
         return np.linalg.lstsq(columns / size, y, rcond=1e-10)[0] / size, np.ones(len(size), dtype=bool)
 

@@ -4,14 +4,11 @@ The derivatives of the residuals with respect to the dynamics are those of Kaufm
 filtered signal per parameter, the weighted sum.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, Progress
+from hystfmu.base import Array, Indices, Mask, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify.catalogue import Options
@@ -41,14 +38,14 @@ class Weighted:
         self,
         columns: Array,
         data: Dataset,
-        rows: NDArray[np.intp],
+        rows: Indices,
         hold: str,
-        fit: Callable[[Array, Array], tuple[Array, NDArray[np.bool_]]],
+        fit: Callable[[Array, Array], tuple[Array, Mask]],
     ) -> None:
         self.columns, self.data, self.rows, self.hold, self.fit = columns, data, rows, hold, fit
         self._last: tuple[Dynamics | None, Array, Array, Array] = None, columns, columns, columns
 
-    def thinned(self) -> Weighted:
+    def thinned(self) -> "Weighted":
         """Return the problem on at least `RATED` rows, if there are as many."""
         rows = self.rows[:: max(1, len(self.rows) // RATED)]
         return Weighted(self.columns, self.data, rows, self.hold, self.fit)

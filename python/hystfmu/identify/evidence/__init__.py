@@ -1,7 +1,5 @@
 """Identification of linear dynamics after a hysteresis: modes, delay, their standard errors, and the sensor noise."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
@@ -126,7 +124,7 @@ class Evidence:
         return out
 
     @classmethod
-    def from_dict(cls, table: Mapping[str, Any]) -> Evidence:
+    def from_dict(cls, table: Mapping[str, Any]) -> "Evidence":
         """Return the object for a dict `table` that `to_dict` returned."""
         unknown = {"delay_se": np.inf}
         values: dict[str, Any] = {

@@ -10,8 +10,6 @@ factor 1 + D/12 + D^2/90 + ... with D = 2 - 2 cos(2 pi f h) compensates for this
 interpolation without this correction reduces the amplitude of a chirp with seven rows per period by 6 %.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import expm
 

@@ -5,16 +5,13 @@ modes and on the delay, which are searched. The linear weights are computed for 
 Pereyra 1973, SIAM J. Numer. Anal. 10(2) 413-432, in the form of Kaufman 1975).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Mask
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure
 from hystfmu.identify.solvers.trust_region import Differences, refined
 
@@ -60,7 +57,7 @@ class Fitted:
         """Return the measured output (n,) minus modes, rest column and free decays; slow parts are not subtracted."""
         return np.asarray(problem.seen.y - problem.columns(self.structure, self.p) @ self.weights)
 
-    def known(self, seen: Seen) -> NDArray[np.bool_]:
+    def known(self, seen: Seen) -> Mask:
         """Return for each mode whether the record determines it.
 
         The criteria are the standard errors, the bounds of the search, and the coherence near the mode.

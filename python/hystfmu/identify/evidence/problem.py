@@ -6,8 +6,6 @@ input, which represents modes above the band. A cell is a group of `CELL` neighb
 `hystfmu.identify.evidence.spectra`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -81,7 +79,7 @@ class Problem:
     @classmethod
     def of(
         cls, seen: Seen, hold: str, noise: Array, lowest: float, highest: float, slow: tuple[float, ...] = ()
-    ) -> Problem:
+    ) -> "Problem":
         """Return the problem for the records `seen`, with the bins from `lowest` to `BEYOND` times `highest` (Hz).
 
         `noise` contains the noise power of each cell. `hold` and `slow` are described in the docstring of the class.
@@ -92,7 +90,7 @@ class Problem:
             bins.append(slice(int(np.searchsorted(f, lowest)), int(np.searchsorted(f, highest * BEYOND, "right"))))
         return cls(seen, hold, bins, slow=slow).weighted(noise)
 
-    def weighted(self, noise: Array) -> Problem:
+    def weighted(self, noise: Array) -> "Problem":
         """Return the problem with new weights, from the noise power of each cell and the assumed model error."""
         both = np.repeat(noise + INEXACT**2 * self.seen.cells.total / CELL, CELL)
         out, at = [], 0

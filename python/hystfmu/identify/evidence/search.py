@@ -4,8 +4,6 @@ The start values of a new mode and of the delay come from a grid search over fre
 time, the grid search uses cross-spectra that are averaged over neighbouring bins.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,7 +40,7 @@ class Pooled:
     cross: Complex
 
     @classmethod
-    def of(cls, f: Array, v: Complex, y: Complex, weight: Array) -> Pooled:
+    def of(cls, f: Array, v: Complex, y: Complex, weight: Array) -> "Pooled":
         """Sum the spectra over groups of neighbouring bins, in the order of increasing frequency."""
         order = np.argsort(f, kind="stable")
         f, power = f[order], (np.abs(v) ** 2 * weight**2)[order]

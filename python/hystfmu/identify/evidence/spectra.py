@@ -7,8 +7,6 @@ transform of a whole record needs no window function, which could suppress a sho
 frequency resolution, which lightly damped modes need.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -17,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.special import betaincinv
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Mask
 
 Complex = NDArray[np.complex128]
 CELL, LOCAL = 8, 2  # number of bins and number of complex coefficients of the response in a cell
@@ -36,7 +34,7 @@ class Window:
     rows: slice
 
     @classmethod
-    def of(cls, rows: slice) -> Window | None:
+    def of(cls, rows: slice) -> "Window | None":
         """Return the largest window that ends with the last of `rows`; None if `rows` are too few."""
         n = rows.stop - rows.start
         while n >= LEAST_ROWS and next_fast_len(n, real=True) != n:
@@ -130,10 +128,10 @@ class Response:
     g: Complex
     coherence: Array
     level: Array
-    sure: NDArray[np.bool_]
+    sure: Mask
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> Mask:
         """True at the points where input and output are coherent, that is, where the coherence exceeds `level`."""
         return self.coherence > self.level
 

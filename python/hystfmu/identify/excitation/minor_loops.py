@@ -6,8 +6,6 @@ memory: its minor loops stay open, and its output moves along the outer branch (
 Therefore the gap between the two ends of a minor loop shows the memory class of the device.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

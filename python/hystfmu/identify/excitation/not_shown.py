@@ -6,8 +6,6 @@ near state in the record, the record does not contain this kind of signal. A rec
 not informative about other speeds or frequencies.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array

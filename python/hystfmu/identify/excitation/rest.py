@@ -8,8 +8,6 @@ cubic static nonlinearity follows the plays. Plays alone have a large error if t
 memory then changes this error only little.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -19,7 +17,7 @@ from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import method, options
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.solvers.nonnegative import nonnegative
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 PLAYS, ROWS = 20, 3000  # number of plays, and about the number of rows, of the compared fits
 CLEARLY = 2.0  # required ratio of the errors with the first input and with another input

@@ -21,8 +21,6 @@ correlation is used, so that jumps of a reference have little effect. Feedback c
 smaller than the residual.
 """
 
-from __future__ import annotations
-
 from statistics import NormalDist
 from typing import Any
 
@@ -31,7 +29,7 @@ import numpy as np
 from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import plays, thresholds
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 PLAYS = 12
 MOST_ROWS = 2000  # maximum number of rows: thinned evenly for the lag, consecutive rows for the feedback

@@ -15,8 +15,6 @@ linear parameters (variable projection, Golub & Pereyra 1973; Kaufman 1975). The
 2) from a few start values, because an even b has many local minima.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -24,9 +22,8 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Indices, Mask
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.estimate.runs import Runs
@@ -61,7 +58,7 @@ class Bell:
     size: float = 1.0
 
 
-Part = tuple[Array, NDArray[np.intp]]
+Part = tuple[Array, Indices]
 """Input x (n,) of a record, and the rows of this record that are seen."""
 
 
@@ -89,7 +86,7 @@ class Relays:
         changes = [{"relays.E": unit} for unit in np.eye(len(self.line))]
         return np.vstack([runs.sensitivities(x[:, None], 1.0, changes, rows, 1.0)[1] for x, rows in parts])
 
-    def on(self, rows: NDArray[np.bool_]) -> Relays:
+    def on(self, rows: Mask) -> "Relays":
         """Return the relays seen on some of the rows."""
         other = copy(self)
         other.seen, other.moved = self.seen[rows], self.moved[rows]

@@ -6,19 +6,16 @@ of dead zones, which interpolates the polynomial. The sum has an exact inverse, 
 outside the range of the training rows.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, Progress
+from hystfmu.base import Array, Indices, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import Options
+from hystfmu.identify.catalogue import Options, covariate_inputs, device, scaled_input, wired
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.identify.estimate.weighted import Weighted, search
@@ -26,7 +23,6 @@ from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Following, Problem
 from hystfmu.identify.features.plays import thresholds, u0_of, with_plays
 from hystfmu.identify.features.smooth_density import RelaySum
-from hystfmu.identify.graphs import covariate_inputs, device, scaled_input, wired
 
 MOST_ROWS = 6000  # maximum number of rows of a fit; more rows are thinned evenly after they are filtered
 # a component is kept if the ratio of the validation errors with and without it is below BETTER; a nonlinearity that is
@@ -63,7 +59,7 @@ class Trial:
     fit: BentSum
     error: float
 
-    def or_better(self, other: Trial) -> Trial:
+    def or_better(self, other: "Trial") -> "Trial":
         """Return the trial `other` if its validation error is clearly smaller, otherwise this trial."""
         enough = BETTER if other.fit.monotone or not self.fit.monotone else NEEDED
         return other if other.error < enough * self.error else self
@@ -97,7 +93,7 @@ class Fitting:
         """Return the scaled input and the outputs of the elements of an operator, one column per element."""
         return {PLAYS: self.plays, STOPS: self.stops}[operator] if operator != RELAYS else self.relays.columns
 
-    def problem(self, parts: Parts, rows: NDArray[np.intp]) -> Problem:
+    def problem(self, parts: Parts, rows: Indices) -> Problem:
         """Return the least-squares problem of `bent_sum` for a structure on the rows `rows`."""
         columns = self.columns(parts.operator)
         least, beside = self.options["w0_min"], Following(self.theta[:, : len(parts.levels)], parts.levels)
@@ -110,9 +106,7 @@ class Fitting:
         hold = self.options["hold"]
         return None if g is None else lambda columns, rows: g.filter(columns, self.data.h, hold, rows)
 
-    def fit(
-        self, parts: Parts, rows: NDArray[np.intp], start: BentSum | None = None, wanted: float = np.inf
-    ) -> BentSum:
+    def fit(self, parts: Parts, rows: Indices, start: BentSum | None = None, wanted: float = np.inf) -> BentSum:
         """Fit weights, nonlinearity and creep of a structure on the rows `rows`.
 
         The search begins with `start`, a fit of a simpler structure, or else with a fit without nonlinearity and creep.
@@ -140,11 +134,11 @@ class Fitting:
         """
         return BETTER * trial.error <= self.noise <= trial.error / BETTER
 
-    def dynamics(self, trial: Trial, rows: NDArray[np.intp], progress: Progress) -> Dynamics:
+    def dynamics(self, trial: Trial, rows: Indices, progress: Progress) -> Dynamics:
         """Search the linear dynamics after the hysteresis of a trial; each step also fits the weights again."""
         return search(self.behind(trial, rows), self.data, self.options, progress, trial.parts.g)
 
-    def behind(self, trial: Trial, rows: NDArray[np.intp]) -> Weighted:
+    def behind(self, trial: Trial, rows: Indices) -> Weighted:
         """Return the problem of the dynamics after the other parts of a trial (see `bent_sum.behind`)."""
         columns, fit = bent_sum.behind(self.problem(trial.parts, rows), trial.fit)
         return Weighted(columns, self.data, rows, self.options["hold"], fit)

@@ -20,16 +20,13 @@ variables of the Gauss-Newton steps and have no bounds. A model with ``gain`` ha
 model with ``bend`` is inverted by root finding.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Indices, Mask
 from hystfmu.graph.recursion import lag, parallel_lags
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
 
@@ -39,7 +36,7 @@ SHARES = (1.0, 0.5, 0.25, 0.1)  # step lengths that are tried one after the othe
 GAIN, HELD_GAIN = 1e-4, 1e-3  # relative reduction of the squared error that ends the steps: without, with penalties
 LEAST_SLOPE = 0.02  # smallest slope of a monotone nonlinearity on the range of v, relative to its mean slope
 GRID = np.linspace(-1.0, 1.0, 201)
-Filter = Callable[[Array, NDArray[np.intp]], Array]
+Filter = Callable[[Array, Indices], Array]
 """Function that filters columns (n, m) and returns them on given rows."""
 
 
@@ -51,11 +48,11 @@ class Following:
     levels: Sequence[str]
 
     @property
-    def gains(self) -> NDArray[np.intp]:
+    def gains(self) -> Indices:
         """Indices, from 0, of the covariates with the level ``gain``."""
         return np.flatnonzero([level == "gain" for level in self.levels])
 
-    def free(self, size: int) -> NDArray[np.bool_]:
+    def free(self, size: int) -> Mask:
         """Return for each coefficient of each b_j whether it is fitted, shape (m, size)."""
         found = np.zeros((len(self.levels), size), dtype=bool)
         for j, level in enumerate(self.levels):
@@ -89,7 +86,7 @@ class Following:
         of_q, of_c = (np.asarray(legendre.legder(each, axis=-1), float) for each in (q, c.reshape(-1, len(q))))
         return self.value(v, of_q, of_c, g)
 
-    def started(self, y: Array, rows: NDArray[np.intp]) -> Array:
+    def started(self, y: Array, rows: Indices) -> Array:
         """Return the free columns of `fit_linear`: a constant, and effects of covariates on offset and gain.
 
         y (rows,) is the output on the rows `rows`.
@@ -147,7 +144,7 @@ class Problem:
 
     columns: Array
     y: Array
-    rows: NDArray[np.intp]
+    rows: Indices
     h: float
     T: Array
     after: Filter | None = None
@@ -227,7 +224,7 @@ def fit(p: Problem, start: BentSum, wanted: float = np.inf) -> BentSum:
     return best
 
 
-def behind(p: Problem, s: BentSum) -> tuple[Array, Callable[[Array, Array], tuple[Array, NDArray[np.bool_]]]]:
+def behind(p: Problem, s: BentSum) -> tuple[Array, Callable[[Array, Array], tuple[Array, Mask]]]:
     """Return signals before the dynamics, and a fit of their weights, for `Weighted`: one Gauss-Newton step from `s`.
 
     Columns with the weight 0 are omitted: a search of the dynamics filters all columns many times.
@@ -237,7 +234,7 @@ def behind(p: Problem, s: BentSum) -> tuple[Array, Callable[[Array, Array], tupl
     p, s = replace(p, columns=np.ascontiguousarray(p.columns[:, used]), penalties=held), replace(s, w=s.w[used])
     n, m, gains = len(s.w), len(p.T), s.g[p.following.gains]
 
-    def fit(seen: Array, y: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def fit(seen: Array, y: Array) -> tuple[Array, Mask]:
         x, v = p.solved(*_linearised(p, s, seen, y))
         creep = x[n : n + m] - (x[n + m :] if p.signed else 0.0)
         weights = np.concatenate([x[:n] - s.w, [1.0], creep - s.k, v[1:] - gains, v[:1]])

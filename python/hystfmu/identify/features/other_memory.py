@@ -4,8 +4,6 @@ The half cycles of this input have the same shapes and durations as the half cyc
 amplitudes are random, so the input causes other states of the memory.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -8,8 +8,6 @@ of the model and of an exported FMU. An operator with return-point memory needs 
 loop wipes out noise reversals. The function `hystfmu.data.reversals.noise` estimates sigma.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array

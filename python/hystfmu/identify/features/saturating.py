@@ -14,23 +14,20 @@ determine such a device. In the intervals between neighbouring points of the pat
 constant r and W. Linear least squares of the increments gives the start values, because dw/d|u| is linear in r W and r.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag, solve_banded
 from scipy.sparse import csr_array, vstack
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Indices, Mask
 from hystfmu.graph.splines import uniform_splines
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
-Rows = NDArray[np.intp]
+Rows = Indices
 
 STEP = 0.02  # longest interval of the path, for u in [-1, 1]
 LEAST, MOST = 1e-8, 300.0  # range of r
@@ -80,7 +77,7 @@ class Saturating:
     w0: float
 
     @staticmethod
-    def at(p: Array) -> Saturating:
+    def at(p: Array) -> "Saturating":
         """Return the model at a point p (4 (m + 1) + 2,) of the search."""
         rate, bound = p[:-2].reshape(2, 2, -1)  # both directions of ln r, then of W
         return Saturating(rate, bound, float(p[-2]), float(p[-1]))
@@ -95,7 +92,7 @@ class Saturating:
         """Coefficients of r (2, m + 1)."""
         return np.asarray(np.exp(np.clip(self.rate, np.log(LEAST), np.log(MOST))))
 
-    def finer(self, n: int) -> Saturating:
+    def finer(self, n: int) -> "Saturating":
         """Return nearly the same functions with n B-splines."""
         old, new = (np.linspace(0, 1, k) for k in (self.rate.shape[1], n))
         rate, bound = (np.array([np.interp(new, old, c) for c in both]) for both in (self.rate, self.bound))
@@ -198,7 +195,7 @@ def started(u: Array, y: Array, rows: Rows, pieces: tuple[Rows, Rows], n: int) -
     return found
 
 
-def _by_direction(u: Array, up: NDArray[np.bool_], n: int) -> Array:
+def _by_direction(u: Array, up: Mask, n: int) -> Array:
     """Return B-splines of u (rows, 2 n): for rising input in the first half of the columns, else in the second half."""
     of_u = uniform_splines(u, n)
     return np.hstack([of_u * up[:, None], of_u * ~up[:, None]])

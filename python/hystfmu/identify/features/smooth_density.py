@@ -15,8 +15,6 @@ regressors with little excitation. Therefore a ridge penalty and two smoothness 
 the middle levels of the kind `preisach`, which chooses the strengths by cross-validation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any

@@ -4,8 +4,6 @@ If a device was driven before the first row, its plays do not rest at the first 
 errors until a full swing wipes them out, and these errors distort the weights of a model.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import least_squares
 
@@ -13,7 +11,7 @@ from hystfmu.base import Array
 from hystfmu.data import Dataset
 from hystfmu.identify.features.plays import plays
 from hystfmu.identify.solvers.nonnegative import nonnegative
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 ROUNDS, BEND = 3, 9  # rounds of the estimate of the initial memory, and degree of its polynomial of y
 CLEARLY = 2.0  # required ratio of the errors with plays at rest and with estimated plays, on rows that depend on them

@@ -20,8 +20,6 @@ and gain, or all coefficients of the nonlinearity (see `bent_sum`). The errors o
 choice for each covariate. A covariate without effect is not an input of the model.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

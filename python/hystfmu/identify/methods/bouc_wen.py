@@ -9,18 +9,15 @@ gamma / (beta + gamma), the exponent n, and the initial value of z. The module `
 Wen 1976; Ikhouane & Rodellar 2007.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LATE, OPENS, Built, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import LATE, OPENS, Built, Candidate, Memory, Option, Options, Row, scaled_input
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.estimate.template import Template, Variable, build
 from hystfmu.identify.features.plays import DEAD_BAND
-from hystfmu.identify.graphs import scaled_input
 
 N_MAX = Option("n_max", 6.0, 1.0, 20.0, text="largest exponent n tried")
 # values of z_max, gamma / (beta + gamma) and n: starts of the search, and operators with fixed shapes

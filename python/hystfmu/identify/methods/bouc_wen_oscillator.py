@@ -12,8 +12,6 @@ step by band-limited interpolation. With 5 rows per period of the fastest compon
 error of 7 % of the output. With 100 rows, the error is 0.03 %.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np
@@ -21,10 +19,8 @@ import numpy as np
 from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row
-from hystfmu.identify.estimate.objective import Objective
-from hystfmu.identify.estimate.search import determined, search
-from hystfmu.identify.graphs import device
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row, device
+from hystfmu.identify.estimate.objective import Objective, determined, search
 from hystfmu.identify.solvers.trust_region import Coordinates
 
 TEXT = "oscillator with a Bouc-Wen force as a grey box, nonlinear least squares"

@@ -16,29 +16,25 @@ for each trial (variable projection, Golub & Pereyra 1973). The degree of f, the
 in series are chosen by the error on validation blocks inside the training rows.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from hystfmu.base import Array, Progress
+from hystfmu.base import Array, Indices, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import OPENS, Built, Candidate, Memory, Option, Options, Row, device, scaled_input
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.objective import Linear, Objective
 from hystfmu.identify.estimate.template import bounded, limits
 from hystfmu.identify.excitation.minor_loops import SPEEDS
 from hystfmu.identify.features.bent_chain import dead_zones
-from hystfmu.identify.graphs import device, scaled_input
 from hystfmu.identify.methods.bouc_wen import point, shape, variables
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
-from hystfmu.model import run_along
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms, run_along
 
 TEXT = "Bouc-Wen operator with a curve, lags and dashpots: spring, damper, creep"
 DEGREES = (1, 3, 5, 8, 12)  # degrees of the curve that are tried
@@ -135,7 +131,7 @@ class _Fitting:
         lo, hi, scale = limits(self.variables)
         self.lo, self.hi, self.scale = np.append(lo, ends[0]), np.append(hi, ends[1]), np.append(scale, [0.3, 0.3])
 
-    def fit(self, parts: Parts, rows: NDArray[np.intp], evaluations: int) -> tuple[Parts, Graph, int]:
+    def fit(self, parts: Parts, rows: Indices, evaluations: int) -> tuple[Parts, Graph, int]:
         """Fit a structure to `rows`; return it with its search variables, its graph, and the number of parameters."""
         n, (graph, linear) = len(parts.p), parts.graph(self.scaling, self.data)
         coordinates = Coordinates(self.lo[:n], self.hi[:n], self.scale[:n], values)

@@ -16,8 +16,6 @@ equations square the condition number, which is already large. The paper has no 
 increasing: the printed a_0 = g'(0) is negative.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,10 +24,9 @@ from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Node
-from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options, Row
+from hystfmu.identify.catalogue import CLOSES, Candidate, Option, Options, Row, scaled_input
 from hystfmu.identify.features.plays import branch_option, u0_of, u0_option
 from hystfmu.identify.features.straightened import straightened
-from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.methods.operator_networks import BEND
 from hystfmu.identify.network.readout import QUICK, Features, fit_readout, hidden_sweep, network_options
 from hystfmu.identify.solvers.nonnegative import least_distance

@@ -14,26 +14,22 @@ the output error of a simulation is minimised. This search uses an orthonormal b
 nearly linearly dependent. Source: Oh & Bernstein, IEEE Trans. Autom. Control 50 (2005) 631-645.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError, Progress
+from hystfmu.base import Array, InputError, Mask, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.splines import uniform_splines
-from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import OPENS, Candidate, Memory, Option, Options, Row, device, scaled_input, wired
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.features.plays import DEAD_BAND
 from hystfmu.identify.features.saturating import Level, Path, Problem, Rows, Saturating, started
-from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.trust_region import Differences, refined
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 TEXT = "slopes for rising and falling input, polynomial or saturating, least squares, refined on the free run"
 EVALUATIONS = (60, 30)  # maximum number of evaluations of residuals and Jacobian: for k and c, for all parameters
@@ -95,7 +91,7 @@ def segments(u: Array, least: float) -> tuple[Rows, Rows]:
 class _Slopes:
     """Linear least-squares problem for each direction of u: increments of w are weighted sums of terms of dw/du."""
 
-    def __init__(self, u: Array, y: Array, kept: NDArray[np.bool_], m: int, q: int, least: float) -> None:
+    def __init__(self, u: Array, y: Array, kept: Mask, m: int, q: int, least: float) -> None:
         self.u, self.y, self.m, self.q = u, y, m, q
         self.terms = (m + 1) * (2 * q + 1)
         self.first, self.last = segments(u, least)
@@ -137,7 +133,7 @@ def _node(theta: list[Array], k: float, w0: float, u0: float, w_max: float, m: i
 class _Start:
     """Start point of the second search, and the output error as a function of the changes x from this point."""
 
-    def __init__(self, slopes: _Slopes, x: Array, u: Array, y: Array, rows: slice, kept: NDArray[np.bool_]) -> None:
+    def __init__(self, slopes: _Slopes, x: Array, u: Array, y: Array, rows: slice, kept: Mask) -> None:
         self.k, self.c = x
         self.slopes, self.u, self.y, self.rows, self.kept = slopes, u, y, rows, kept
         self.theta, self.factors, _ = slopes.solve(self.k, self.c)

@@ -14,8 +14,6 @@ Trap: the block interpolates u linearly between rows and makes one step per row.
 must be resampled to a finer step by band-limited interpolation (option ``stride``).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,10 +22,8 @@ from numpy.typing import ArrayLike
 from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row
-from hystfmu.identify.estimate.objective import Objective
-from hystfmu.identify.estimate.search import determined
-from hystfmu.identify.graphs import device
+from hystfmu.identify.catalogue import LAGS, Built, Candidate, Option, Options, Row, device
+from hystfmu.identify.estimate.objective import Objective, determined
 from hystfmu.identify.methods.bouc_wen_oscillator import linear_oscillator
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
 
@@ -119,7 +115,7 @@ class Trial:
     cost: float
     count: int
 
-    def beats(self, other: Trial) -> bool:
+    def beats(self, other: "Trial") -> bool:
         """Return whether this result is better than the other by the Bayesian information criterion."""
         more = max(len(self.p) - len(other.p), 1) * np.log(self.count)
         return bool(self.count * np.log(other.cost / max(self.cost, 1e-300)) > more)

@@ -10,20 +10,16 @@ u. Eddy currents delay M like a first-order lag, which G0 represents with a larg
 contains the search.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import LATE, Built, Candidate, Memory, Option, Options, Row, scaled_input
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS
 from hystfmu.identify.estimate.template import Template, Variable, build
-from hystfmu.identify.graphs import scaled_input
-from hystfmu.model import run_along
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms, run_along
 
 SEARCHED = (  # for u relative to half of its range
     Variable("ln a", -4.0, 1.0, 0.2),

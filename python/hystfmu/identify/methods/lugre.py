@@ -8,8 +8,6 @@ bristles slide, the Stribeck velocity v_s, and the initial z. All other paramete
 squares for each trial (variable projection, Golub & Pereyra 1973). u is a ramp between rows.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np
@@ -17,11 +15,9 @@ import numpy as np
 from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LATE, Built, Candidate, Option, Options, Row
-from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import determined, search
+from hystfmu.identify.catalogue import LATE, Built, Candidate, Option, Options, Row, device
+from hystfmu.identify.estimate.objective import Linear, Objective, determined, search
 from hystfmu.identify.estimate.template import Variable, bounded, limits
-from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.trust_region import Coordinates
 
 TEXT = "LuGre friction over a displacement, beside a spring, variable projection"

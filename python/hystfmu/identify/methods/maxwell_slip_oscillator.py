@@ -10,8 +10,6 @@ rest is minimised over all parameters. Grids of several sizes are tried, and the
 one of the results.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +19,9 @@ from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Node
 from hystfmu.graph.recursion import discretised
-from hystfmu.identify.catalogue import ANY, Built, Candidate, Options, Row
-from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import determined
+from hystfmu.identify.catalogue import ANY, Built, Candidate, Options, Row, device, wired
+from hystfmu.identify.estimate.objective import Linear, Objective, determined
 from hystfmu.identify.features.plays import plays
-from hystfmu.identify.graphs import device, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
 from hystfmu.model import run_along

@@ -10,19 +10,15 @@ projection, Golub & Pereyra 1973). u is a ramp between rows. The first row of a 
 velocity is not known.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import reversals
 from hystfmu.graph import Node
-from hystfmu.identify.catalogue import LATE, Built, Candidate, Options, Row
-from hystfmu.identify.estimate.objective import Linear, Objective
-from hystfmu.identify.estimate.search import determined
+from hystfmu.identify.catalogue import LATE, Built, Candidate, Options, Row, device
+from hystfmu.identify.estimate.objective import Linear, Objective, determined
 from hystfmu.identify.estimate.template import Variable, bounded, limits
-from hystfmu.identify.graphs import device
 from hystfmu.identify.solvers.trust_region import Coordinates, refined
 
 TEXT = "Modified Bouc-Wen model of a magnetorheological damper, beside a spring, variable projection"

@@ -8,8 +8,6 @@ derivatives s(k) of the simulated output satisfy s(k) = dy/dp + sum_j dy/dy(k-j)
 Williams & Zipser 1989). These derivatives form the Jacobian of the Levenberg-Marquardt method.
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np
@@ -17,8 +15,7 @@ import numpy as np
 from hystfmu.base import Array, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options, Row
-from hystfmu.identify.graphs import device, wired
+from hystfmu.identify.catalogue import LAGS, Candidate, Memory, Option, Options, Row, device, wired
 from hystfmu.identify.network.training import train
 from hystfmu.identify.solvers.trainers import levenberg_marquardt
 

@@ -25,17 +25,14 @@ zhao_tan_mlp         The network of Zhao & Tan 2008 (2-12-1) has the inputs x, t
                      whose input and output are exchanged, this kind gives the inverse model of the paper (section III).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from hystfmu.base import Array, InputError, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import CLOSES, LAGS, OPENS, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import CLOSES, LAGS, OPENS, Candidate, Memory, Option, Options, Row, scaled_input
 from hystfmu.identify.features.plays import RANGE, branch_option, thresholds, u0_of, u0_option, with_plays
 from hystfmu.identify.features.straightened import initial, straightened
-from hystfmu.identify.graphs import scaled_input
 from hystfmu.identify.network.readout import QUICK, Features, fit_readout, network_options
 from hystfmu.identify.solvers.nonnegative import nonnegative
 

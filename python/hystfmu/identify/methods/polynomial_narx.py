@@ -13,8 +13,6 @@ covariate, whose output is multiplied by the covariate. With covariates, h conta
 As in `zhao_tan_mlp`, the range to which the input is scaled is a parameter, which is chosen by the training error.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,15 +20,23 @@ from itertools import combinations_with_replacement
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError, Progress
+from hystfmu.base import Array, Indices, InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.dataset import Rows
 from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import (
+    ANY,
+    Candidate,
+    Memory,
+    Option,
+    Options,
+    Row,
+    covariate_inputs,
+    device,
+    scaled_input,
+)
 from hystfmu.identify.features.plays import RANGE, branch_option, u0_of, u0_option
-from hystfmu.identify.graphs import covariate_inputs, device, scaled_input
 from hystfmu.identify.solvers.ridge import least_squares
 
 TEXT = "polynomial of the lagged input and Zhao-Tan operator, least squares"
@@ -201,7 +207,7 @@ def count(p: int, q: int) -> int:
 
 
 @functools.lru_cache(maxsize=64)
-def _factors(p: int, q: int) -> tuple[NDArray[np.intp], ...]:
+def _factors(p: int, q: int) -> tuple[Indices, ...]:
     """Return for each degree 1..q the indices of the variables of each monomial, shape (monomials, degree)."""
     return tuple(
         np.array(list(combinations_with_replacement(range(p), d)), np.intp).reshape(-1, d) for d in range(1, q + 1)

@@ -20,26 +20,22 @@ With the option ``density=bell``, the logarithm of mu is smooth, and a static no
 validation blocks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, Progress
+from hystfmu.base import Array, Indices, Progress
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Node
 from hystfmu.graph.recursion import lag
-from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import ANY, Candidate, Memory, Option, Options, Row, device, scaled_input, wired
 from hystfmu.identify.cuts import fitted_and_held
 from hystfmu.identify.features.bell_density import ROUGH, Problem, Relays
 from hystfmu.identify.features.bent_chain import dead_zones as polygon
 from hystfmu.identify.features.smooth_density import smooth_density
-from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.nonnegative import LEAST_SIZE, nonnegative
-from hystfmu.model.accuracy import rms
+from hystfmu.model import rms
 
 FOLDS = 10
 EXACT = 1e-12  # least mean square error, relative to that of y, which keeps the normal equations positive definite
@@ -190,7 +186,7 @@ def _bell(data: Dataset, options: Options, progress: Progress) -> tuple[Graph, i
     parts = [(x[first : rows[-1] + 1], rows - first) for first, rows in cuts if len(rows)]
     demagnetised = options["start"] == "demagnetised"
 
-    def problem(of: Relays, rows: NDArray[np.intp], smooth: float) -> Problem:
+    def problem(of: Relays, rows: Indices, smooth: float) -> Problem:
         used = np.isin(every, rows)
         return Problem(of.on(used), y[used], options["bend"], smooth, sigma)
 

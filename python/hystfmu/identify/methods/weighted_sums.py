@@ -24,21 +24,29 @@ The output of a kernel k_i lies between two ramps, which start at the inputs p1_
 levels of Zhao & Tan 2008, section V.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, Progress, silent
+from hystfmu.base import Array, Mask, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Node, Value
-from hystfmu.identify.catalogue import CLOSES, LAGS, Built, Candidate, Memory, Option, Options, Row
+from hystfmu.identify.catalogue import (
+    CLOSES,
+    LAGS,
+    Built,
+    Candidate,
+    Memory,
+    Option,
+    Options,
+    Row,
+    device,
+    scaled_input,
+    wired,
+)
 from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told
 from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option, with_plays
-from hystfmu.identify.graphs import device, scaled_input, wired
 from hystfmu.identify.solvers.nonnegative import nonnegative
 
 MOST_ROWS = 5000  # maximum number of rows of a fit with dynamics; more rows are thinned evenly after they are filtered
@@ -91,7 +99,7 @@ def g0_prandtl_ishlinskii(data: Dataset, options: Options, seed: int, progress: 
     scaling, gain, shift = scaled_input(data.u[data.train])
     x, x0, least = gain * data.u + shift, gain * u0_of(data, options) + shift, options["w0_min"] / gain
 
-    def fit(columns: Array, y: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def fit(columns: Array, y: Array) -> tuple[Array, Mask]:
         w, offset = weighted(columns[:, :-1], y, least)
         return np.append(w, offset), np.append(w > 0, True)
 

@@ -4,8 +4,6 @@ The inputs of the network are called features; they are, for example, outputs of
 range in the training rows. `hidden_sweep` compares networks of different sizes on a validation split.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,8 +13,7 @@ from threadpoolctl import threadpool_limits
 from hystfmu.base import Array, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output, Value
-from hystfmu.identify.catalogue import Option, Options
-from hystfmu.identify.graphs import covariate_inputs
+from hystfmu.identify.catalogue import Option, Options, covariate_inputs
 from hystfmu.identify.network.training import LEAST_DECAY, MOST_ROWS, decay_for, train
 from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.identify.solvers.trainers import TRAINERS

@@ -4,8 +4,6 @@ The residuals, the Jacobian and the gradient are computed without torch. The imp
 steps with torch take twice the time.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -20,15 +20,12 @@ cost:
 All factorisations are orthogonal; the matrix A'A is never computed.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import dct
 from scipy.linalg import qr, solve_triangular
 from scipy.optimize import nnls
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Indices
 
 COARSE = 300  # number of columns in the first selection; problems with at most this number are solved directly
 ADDED = 300  # maximum number of columns that are added per round
@@ -79,7 +76,7 @@ def _triangle(*columns: Array) -> Array:
     return R
 
 
-def _extreme(A: Array) -> NDArray[np.intp]:
+def _extreme(A: Array) -> Indices:
     """Return the indices of all columns that linear interpolation between two other columns does not reproduce."""
     n = A.shape[1]
     if n <= COARSE:

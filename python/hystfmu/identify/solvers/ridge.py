@@ -1,7 +1,5 @@
 """Linear least squares with a ridge penalty."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import solve_triangular
 

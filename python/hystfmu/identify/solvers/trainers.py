@@ -5,8 +5,6 @@
 - lbfgs is a limited-memory quasi-Newton method (Nocedal 1980; scipy) for networks that are too large for a Jacobian.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -8,17 +8,15 @@ singular values are computed. A direction with a singular value of almost 0 has 
 determines only a combination of the parameters in this direction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Mask
 
 MARGIN = 1e-10  # distance of a start point from its bounds, relative to their difference or to 1
 TOLERANCE = 1e-13  # relative change of cost and coordinates that ends a search
@@ -46,13 +44,13 @@ class Coordinates:
         room = MARGIN * np.minimum(np.maximum(self.hi - self.lo, 0.0), 1.0)
         return np.clip(p, self.lo + room, self.hi - room)
 
-    def at_bounds(self, p: Array) -> NDArray[np.bool_]:
+    def at_bounds(self, p: Array) -> Mask:
         """Return for each coordinate whether it is at a bound, shape (n,)."""
         room = 1e-6 * np.where(np.isfinite(self.hi - self.lo), self.hi - self.lo, 1.0)
-        found: NDArray[np.bool_] = (p < self.lo + room) | (p > self.hi - room)
+        found: Mask = (p < self.lo + room) | (p > self.hi - room)
         return found
 
-    def only(self, moved: NDArray[np.bool_], p: Array) -> Coordinates:
+    def only(self, moved: Mask, p: Array) -> "Coordinates":
         """Return the coordinates selected by `moved` (n,); the other coordinates are fixed to their values in `p`."""
 
         def values(q: Array) -> Mapping[str, ArrayLike]:
@@ -61,7 +59,7 @@ class Coordinates:
         return Coordinates(self.lo[moved], self.hi[moved], self.scale[moved], values)
 
     @staticmethod
-    def joined(moved: NDArray[np.bool_], p: Array, q: Array) -> Array:
+    def joined(moved: Mask, p: Array, q: Array) -> Array:
         """Return the point `p` (n,) with the values `q` for the coordinates selected by `moved`."""
         whole = p.copy()
         whole[moved] = q
@@ -117,7 +115,7 @@ class Differences:
         lo, hi = (np.broadcast_to(bound, scale.shape) for bound in bounds)
         self.coordinates, self._of, self._step = Coordinates(lo, hi, scale, lambda p: {}), residuals, step
         self._held = held
-        self._last: tuple[bytes, Array] = b"", np.zeros(0)
+        self._last: tuple[bytes | None, Array] = None, np.zeros(0)
 
     def residuals(self, p: Array) -> Array:
         """Return the residuals (rows,) at a point p."""
@@ -185,7 +183,7 @@ def spread(residuals: Array, jacobian: Array) -> tuple[Array, Array, float]:
     return np.sqrt(variance) * (v[~null].T / s[~null]) / length[:, None], v[null], condition
 
 
-def standard_errors(residuals: Array, jacobian: Array, free: NDArray[np.bool_]) -> Array:
+def standard_errors(residuals: Array, jacobian: Array, free: Mask) -> Array:
     """Return the standard errors (n,) of parameters from the residuals (m,) and their Jacobian (m, n).
 
     The error of a parameter that is not `free` (n,) is 0. The error of a parameter without effect is infinite.

@@ -12,8 +12,6 @@ damping c solve the equation m s^2 + c s + K(s) = 0 at the poles of the mode. Fo
 m/A and d in m/Wb. There R = 0, because the current is prescribed.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Mapping
@@ -61,7 +59,7 @@ class Sheet:
     damping: float | None = None
 
     @classmethod
-    def of(cls, values: Mapping[str, object]) -> Sheet:
+    def of(cls, values: Mapping[str, object]) -> "Sheet":
         """Return a data sheet from values by name.
 
         Raises
@@ -190,7 +188,7 @@ class Mode:
     why: str
 
     @classmethod
-    def of(cls, found: Mapping[str, Any]) -> Mode:
+    def of(cls, found: Mapping[str, Any]) -> "Mode":
         """Return the mode from the results of a fit, see `Model.fit`."""
         if "f_n" not in found:
             return cls(None, None, "the model has no mode")

@@ -8,8 +8,6 @@ directly if it has other types of variables, supports only Model Exchange, or ha
 `AdaptedMember` gives the master functions in Python for such an FMU.
 """
 
-from __future__ import annotations
-
 import ctypes as C
 import hashlib
 import shutil
@@ -125,7 +123,7 @@ class FmuStore:
         self.folder = Path(tempfile.mkdtemp(prefix="hystfmu_run_", dir=within))
         self._known: dict[tuple[str, int], tuple[Path, Any]] = {}
 
-    def __enter__(self) -> FmuStore:
+    def __enter__(self) -> "FmuStore":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, tb: TracebackType | None) -> None:

@@ -8,8 +8,6 @@ engine "native", the units are graphs of the core. One master loop in C, `fmu_bu
 engines, so that grid, coupling and values are the same and the results are bit-identical.
 """
 
-from __future__ import annotations
-
 import json
 import pickle
 import tempfile

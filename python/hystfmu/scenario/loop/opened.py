@@ -6,8 +6,6 @@ command that is constant or a ramp in each step, with any delay, including fract
 repetitive or learning controller is represented in K by its frequency response.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -101,7 +99,7 @@ class OpenedLoop:
             return self.stable(gain * slope, delay)
         return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
 
-    def _closed_break(self, gain: float) -> OpenedLoop:
+    def _closed_break(self, gain: float) -> "OpenedLoop":
         """Return the loop closed through a gain at the opened signal, and opened at the input of the plant."""
         assert self.broken is not None
         A, B, C, D = self.broken

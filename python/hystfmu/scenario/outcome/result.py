@@ -6,8 +6,6 @@ time and value. A row of the baseline then agrees if the signal of the run passe
 tube is computed around the run, because the run has all rows and the baseline has only some rows.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -67,7 +65,7 @@ class Baseline:
     final_states: dict[str, dict[str, str]]
 
     @classmethod
-    def load(cls, folder: Path) -> Baseline | None:
+    def load(cls, folder: Path) -> "Baseline | None":
         """Return the baseline of a scenario, or None if there is none. Invalid files raise an InputError."""
         file = folder / "baseline.toml"
         if not file.exists():

@@ -4,8 +4,6 @@ A run yields chunks of consecutive rows. Each chunk is a `Trace`. If the caller 
 does not grow with the length of the run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -49,7 +47,7 @@ class Sweeps:
     most: int = 0
     steps: int = 0
 
-    def add(self, other: Sweeps) -> None:
+    def add(self, other: "Sweeps") -> None:
         """Add the sweeps of more steps."""
         self.all, self.most, self.steps = self.all + other.all, max(self.most, other.most), self.steps + other.steps
 
@@ -85,7 +83,7 @@ class Trace:
     sweeps: Sweeps = field(default_factory=Sweeps)
 
     @classmethod
-    def joined(cls, chunks: Iterable[Trace], n_rows: int) -> Trace:
+    def joined(cls, chunks: "Iterable[Trace]", n_rows: int) -> "Trace":
         """Return the `chunks` of a run as one trace with `n_rows` rows.
 
         Raises
@@ -116,7 +114,7 @@ class Trace:
         names = [*list(self.columns)[:4], *(["..."] if len(self.columns) > 4 else [])]
         return f"Trace({len(self.t)} rows to t = {self.t[-1]:g} s, {', '.join(names)})"
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with the index ``t [s]`` and a column for each output ``unit.output``.
 
         Raises

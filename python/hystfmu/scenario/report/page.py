@@ -7,8 +7,6 @@ including the error between samples.
 JUnit XML contains the verdicts for continuous integration servers.
 """
 
-from __future__ import annotations
-
 import json
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence, Set

@@ -9,8 +9,6 @@ studies can vary the delay of a loop. A fraction of a step must be a whole numbe
 connection replaces the unit.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 import re
@@ -117,7 +115,7 @@ def split_end(end: str, where: str) -> tuple[str, str]:
 class ScenarioLike(Protocol):
     """Interface of a scenario that was built in Python, and of complete cases."""
 
-    def ready(self) -> Cases:
+    def ready(self) -> "Cases":
         """Return the complete cases."""
 
 
@@ -159,7 +157,7 @@ class Cases:
     @classmethod
     def of(
         cls, spec: ScenarioSpec, origin: str, attached: Mapping[str, Model | Path], folder: Path | None = None
-    ) -> Cases:
+    ) -> "Cases":
         """Return the cases of a scenario that has no file.
 
         Parameters
@@ -176,7 +174,7 @@ class Cases:
         made.spec, made.origin, made.attached, made.folder = spec, origin, attached, folder
         return made._complete(None, None)
 
-    def ready(self) -> Cases:
+    def ready(self) -> "Cases":
         """Return these cases, which are already complete."""
         return self
 
@@ -193,11 +191,11 @@ class Cases:
             raise InputError(f"{self.origin}: no case {name!r}; there are {', '.join(c.name for c in self.cases)}")
         return found
 
-    def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Cases:
+    def changed(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> "Cases":
         """Return the scenario with other `overrides` and another `coupling`, see `Cases`."""
         return copy.copy(self)._complete(overrides, coupling)
 
-    def _complete(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> Cases:
+    def _complete(self, overrides: dict[str, Any] | None, coupling: Scheme | None) -> "Cases":
         self.overrides, self.coupling = dict(overrides or {}), coupling
         self.cases = self._cases()
         return self

@@ -4,8 +4,6 @@ The ports of the unit are the inputs and outputs that are numbers or booleans. U
 values during the whole run. `hystfmu run` executes the FMU in a child process.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
@@ -63,7 +61,7 @@ class Foreign:
     nodes: tuple[()] = ()
 
     @classmethod
-    def load(cls, path: Path) -> Foreign:
+    def load(cls, path: Path) -> "Foreign":
         """Unpack an FMU and read its description.
 
         The file must be a readable FMU 1.0, 2.0 or 3.0 for Co-Simulation or Model Exchange, with a binary for this
@@ -126,7 +124,7 @@ class Foreign:
                 found[p.name] = inputs if listed is None else {v.name for v in listed} & inputs
         return found
 
-    def with_settings(self, settings: Mapping[str, Any]) -> Foreign:
+    def with_settings(self, settings: Mapping[str, Any]) -> "Foreign":
         """Return the FMU with other parameter values of the correct types.
 
         ``"*1.2"`` is a factor of the start value.

@@ -15,8 +15,6 @@ applies its conditions in the order of its list. Later conditions have priority 
 the case have the highest priority. If a case has no text, the texts of its conditions are used.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
@@ -139,7 +137,7 @@ class UnitSpec(pydantic.BaseModel):
     text: str = Field("", description="description in one line")
 
     @pydantic.model_validator(mode="after")
-    def _one_source(self) -> UnitSpec:
+    def _one_source(self) -> "UnitSpec":
         given = sorted(k for k in SOURCES if getattr(self, k) is not None)
         if len(given) != 1:
             raise ValueError(f"a unit has exactly one of model, block, graph, inverse_of, fmu; here: {given or 'none'}")
@@ -180,7 +178,7 @@ class MetricSpec(pydantic.BaseModel):
     text: str = Field("", description="description in one line")
 
     @pydantic.model_validator(mode="after")
-    def _partner(self) -> MetricSpec:
+    def _partner(self) -> "MetricSpec":
         if self.kind not in ("peak", "final") and self.against is None:
             raise ValueError(f"{self.kind} needs 'against'")
         if self.lines and self.kind not in ("rms_percent", "rms", "max_percent"):

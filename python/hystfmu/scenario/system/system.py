@@ -9,8 +9,6 @@ The function `build` loads the units of a case and connects them. The function `
 units are neighbours that can step as one block, or the whole closed loop.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
