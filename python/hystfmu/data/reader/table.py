@@ -257,7 +257,7 @@ class Table:
     step: float = 0.0
     own_steps: tuple[float, ...] = ()
 
-    def stepped(self, order: Sequence[int], timed: bool) -> Table:
+    def stepped(self, order: Sequence[int], timed: bool) -> "Table":
         """Return the table with the time step of the columns with the indices `order`.
 
         Raises
