@@ -42,7 +42,8 @@ def pytest_collection() -> Generator[None, object, object]:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark the cases of a test with the marker `some(n)` as stress, except n cases, drawn anew in each parallel run.
 
-    The processes of one run draw the same. In `make stress` every case has the mark.
+    The processes of one run draw the same. In `make stress` every case has the mark. Of n < 1, the share n of the cases
+    runs: one case in this share of the runs; all of them where one process runs the tests, as for `make mutants`.
     """
     grids: dict[str, list[pytest.Item]] = {}
     for item in items:
@@ -52,7 +53,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for name, cases in grids.items():
         short = [case for case in cases if not case.get_closest_marker("stress")]
         n = cases[0].get_closest_marker("some").args[0] if config.getoption("markexpr") == "not stress" else 0  # type: ignore[union-attr]
-        kept = random.Random(run + name).sample(short, min(n, len(short)))
+        draw = random.Random(run + name)
+        if 0 < n < 1:
+            n = int(n * len(short) + draw.random()) if run else len(short)
+        kept = draw.sample(short, min(n, len(short)))
         for case in cases:
             if case not in kept:
                 case.add_marker(pytest.mark.stress)

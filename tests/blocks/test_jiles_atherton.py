@@ -54,6 +54,7 @@ def integrated(u: Array, Ms: float, a: float, k: float, c: float, alpha: float) 
     return np.array(out)
 
 
+@pytest.mark.some(0.5)
 @every_law
 def test_it_is_its_differential_equation(law: str) -> None:
     u = 1.5 * SIGNALS["white"][:50]

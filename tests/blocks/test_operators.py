@@ -81,6 +81,7 @@ def oscillator_by_scipy(t: Array, nu: float) -> Array:
     return solved.y[[0, 2]].T
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("nu", [1.0, 1.2])
 def test_oscillator_converges_to_its_differential_equation(nu: float) -> None:
     """Order 2 against an implicit Runge-Kutta method of order 5 with error control."""

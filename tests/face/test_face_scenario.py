@@ -110,6 +110,7 @@ def test_a_copy_of_a_shipped_scenario_runs_the_same_systems(name: str, tmp_path:
     assert made == shipped
 
 
+@pytest.mark.some(0.5)
 def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, tmp_path: Path):
     plant.save(tmp_path / "p.model.toml")
     plant.export(tmp_path / "p.fmu")

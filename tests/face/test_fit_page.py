@@ -180,6 +180,7 @@ def test_the_stated_share_of_another_record_is_inside(memory: int) -> None:
     enough([covered(given, other) for given, other in pairs])
 
 
+@pytest.mark.some(0.5)
 def test_rows_are_not_counted_as_independent() -> None:
     """A record of seven memories: the quantile of its rows covers too little, the interval over blocks does not."""
     rng = np.random.default_rng(5)
@@ -206,6 +207,7 @@ def fitted_shares(seeds: int) -> list[float]:
     return shares
 
 
+@pytest.mark.some(0.5)
 def test_the_rows_of_another_record_of_a_fit_are_inside() -> None:
     enough(fitted_shares(6))
 

@@ -81,6 +81,7 @@ def test_a_command_keeps_a_file_of_other_content(name: str, here: Path) -> None:
     assert listed(here) == made
 
 
+@pytest.mark.some(0.5)
 def test_records_and_kinds_have_files_of_their_own(here: Path) -> None:
     for name, source in (("Mess 1", "a"), ("Mess 2", "b")):
         Path(f"{source}.csv").rename(f"{name}.csv")

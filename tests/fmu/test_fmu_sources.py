@@ -162,6 +162,7 @@ def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
     assert hy.validate(tmp_path / "built.zip") == []
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_build_description(tmp_path: Path) -> None:
     """FMI 3.0: the file is valid and has the options for equal bits; FMI 2.0: each interface lists the files."""

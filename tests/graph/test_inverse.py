@@ -156,6 +156,7 @@ def test_dead_zones_that_fall_have_no_inverse(w0, r, w, slope):
         inverse(dead_zones(w0, r, w))
 
 
+@pytest.mark.some(0.5)
 def test_an_inverse_states_what_it_is_worth():
     """Against the cascade run here, on one of the signals."""
     m = fitted("zhao_tan_mlp", iterations=40, starts=1)
@@ -197,6 +198,7 @@ def test_learned_inverse_of_ten_backlashes_by_the_recipe_of_the_papers():
     assert "warnings" not in made.fit
 
 
+@pytest.mark.some(0.5)
 def test_a_model_that_falls_against_its_input_is_warned_of():
     record = nested_loops.recorded(zhao_tan_2008.actuator(), 60)  # without linear term
     seen: list[float] = []
@@ -232,6 +234,7 @@ def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
         assert w in str(e.value)
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize(
     ("key", "static", "options"),
     [

@@ -56,6 +56,7 @@ def automatic(plant):
     return fit(Dataset.from_signal(U, plant(U), 1e-3), "auto", progress=fractions.append), fractions
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize(
     ("plant", "memory", "chosen", "limit"),
     [
@@ -136,6 +137,7 @@ def test_few_rows_leave_out_large_models(only):
         fit(data, "auto")
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize(
     "names",
     [

@@ -102,6 +102,7 @@ def test_relays_stand_behind_a_bend():
     assert reached("ferroelectric butterfly", "actuator", operator="relays", dynamics="no", creep="no") <= 1.5
 
 
+@pytest.mark.some(0.5)
 def test_one_decaying_sine_shows_the_dynamics_behind_an_operator():
     """A Coleman-Hodgdon piezo with a mode of 250 Hz and two rows of delay; `actuator` leaves 0.5 %."""
     assert reached("Coleman-Hodgdon piezo, mode, delay", "g0_bouc_wen", "decaying sine") <= 0.05

@@ -47,6 +47,7 @@ def found():
     return fit(record(multisine(1.0, 500, 3), 500.0, 0.7, 0.0), "g0_bouc_wen")
 
 
+@pytest.mark.some(0.5)
 def test_hysteresis_and_dynamics_are_recovered_and_hold_on_other_signals(found):
     assert found.fit["f_n"] == pytest.approx(500, rel=0.005)
     assert found.fit["zeta"] == pytest.approx(0.7, rel=0.03)

@@ -119,6 +119,7 @@ def test_s3_bouc_wen_grey_box():
     assert table("prandtl_ishlinskii", plants.bouc_wen)["nested reversals"]["rms_percent"] > 2
 
 
+@pytest.mark.some(0.5)
 def test_sums_of_plays():
     """The model class of the plant, with thresholds off the grid: the error is that of the grid."""
     for name, e in table("prandtl_ishlinskii", plants.prandtl_ishlinskii).items():

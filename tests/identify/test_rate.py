@@ -39,6 +39,7 @@ def noisy(d, seed):
     return d.with_output(d.y + 5e-4 * np.ptp(d.y) * np.random.default_rng(seed).normal(size=len(d.y)))
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize(
     ("f_n", "zeta", "delay"), [pytest.param(230.0, 0.4, 3.35, marks=pytest.mark.stress), (400.0, 0.7, 0.6)]
 )

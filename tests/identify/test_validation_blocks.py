@@ -10,6 +10,7 @@ from random_plants import draw
 
 from hystfmu import Dataset, InputError, Model, blocks
 from hystfmu.data import signals
+from hystfmu.identify import cuts
 from hystfmu.identify.catalogue import ANY, Candidate, candidates
 from hystfmu.identify.cuts import EVERY, beginning, fitted_and_held, shortened, validation_rows
 from hystfmu.identify.one import fit_one
@@ -210,3 +211,60 @@ def test_the_beginning_keeps_what_is_held_out():
     made = beginning(Dataset.from_signal(u, u, H).with_held(held), 1000)
     assert len(made.t) == 1000
     assert made.held.tolist() == held[:1000].tolist()
+
+
+# ---- rows by numbers -------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(("n", "which"), [(200, 3), (400, 0)])
+def test_an_input_with_few_reversals_is_cut_at_equal_distances(n, which):
+    u = np.linspace(0, 1, n)
+    u[n // 2 :] -= np.linspace(0, 1, n // 2)  # one reversal
+    assert validation_rows(u, which).tolist() == [k // (n // 20) % 4 == which for k in range(n)]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("height", "stays"), [(1.009, True), (1.03, False)])
+def test_a_block_with_the_outermost_loop_is_no_validation_block(side, height, stays):
+    u = np.tile([0.0, 1.0, 0.0, -1.0], 25)
+    held = np.zeros(100, dtype=bool)
+    held[20:28] = held[60:68] = True
+    u[61] = height
+    found = cuts.without_outermost(side * u, held)
+    assert found[20:28].all()
+    assert found[60:68].tolist() == [stays] * 8
+    alone = held & (np.arange(100) >= 60)
+    assert cuts.without_outermost(side * u, alone).tolist() == alone.tolist()  # unless none would remain
+
+
+@pytest.mark.parametrize(("step", "rows"), [(0.048, 100), (1e-3, 200), (1.0, 40), (0.0, 200)])
+def test_the_way_between_two_records(step, rows):
+    way = cuts._way(-0.5, 0.2, -1.0, 1.0, step)
+    assert len(way) == rows // 2 - 1 + 12 * rows + 200
+    ramp, swing, rest = np.split(way, [rows // 2 - 1, rows // 2 - 1 + 12 * rows])
+    assert swing[:: rows // 2] == pytest.approx(
+        np.clip(0.2 + 1.2 * np.exp(-0.2 * np.arange(24)) * (-1.0) ** np.arange(24), -1, 1)
+    )
+    assert np.diff([-0.5, *ramp, swing[0]]) == pytest.approx(1.5 / (rows // 2))
+    assert set(rest) == {0.2}
+
+
+def test_rows_before_the_first_full_swing_of_a_record_that_begins_at_an_end():
+    swings = [0.2, 1.0, 0.05, 0.9, 0.0]
+    for first, until in ((0.59, 0), (0.61, 3), (0.39, 3)):
+        assert cuts._leaning(np.array([first, *swings]), 0.0, 1.0).tolist() == [k < until for k in range(6)]
+    assert not cuts._leaning(np.array([0.9, 0.8, 0.7]), 0.0, 1.0).any()
+
+
+def test_several_records_become_one_run():
+    first, second = (
+        Dataset.from_signal(u, 2 * u, H, train=slice(1, 79)) for u in (sine(80, 4), 0.9 * sine(80, 3) + 0.1)
+    )
+    made = cuts.one_run(Dataset.joined([first, second]))
+    between = len(made.u) - 160
+    assert made.u[:80].tolist() == first.u.tolist()
+    assert made.u[80 + between :].tolist() == second.u.tolist()
+    a, b = first.y[-1], second.y[0]
+    assert made.y[80 : 80 + between] == pytest.approx(a + (b - a) * np.arange(1, between + 1) / (between + 1))
+    assert made.held[80 : 80 + between].all()
+    assert not made.held[:80].any()
+    assert not made.held[80 + between :].any()
+    assert cuts.one_run(first) is first

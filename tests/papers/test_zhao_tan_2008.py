@@ -29,6 +29,7 @@ def test_trainer_is_an_option_of_the_network_methods():
 
 
 # ---- inverse operators ---------------------------------------------------------------------------------------------
+@pytest.mark.some(0.5)
 def test_network_with_the_exact_inverse_operator_inverts_better():
     plant = zhao_tan_2008.actuator(3.0)
     record = zhao_tan_2008.experiment(plant)

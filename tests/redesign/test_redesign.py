@@ -147,6 +147,7 @@ def of_pid(*cases: str) -> hy.Scenario:
     return pid.changed(table)
 
 
+@pytest.mark.some(0.5)
 def test_nothing_winds_up_while_a_command_is_limited() -> None:
     """The shipped case holds the command at 0.95 of its range: a reference that no command reaches is not learnt."""
     found = hy.redesign.repetitive(of_pid("sine_10", "saturation_10", "up_400_10"), gain=0.2)
@@ -295,6 +296,7 @@ def test_a_notch_needs_a_mode_and_a_name_is_one_of_the_structures(folder: Path) 
         hy.redesign.controller(folder / "loop", "magic")
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("name", ["integral", pytest.param("irc", marks=pytest.mark.stress)])
 def test_a_controller_of_a_shipped_scenario_keeps_the_limits_of_its_command(name: str, tmp_path: Path) -> None:
     of_pid("sine_10", "saturation_10", "up_400_10").save(tmp_path / "pid")

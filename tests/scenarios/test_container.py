@@ -77,6 +77,7 @@ def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi
     assert np.ptp(ours["plant.y"]) > 0.1
 
 
+@pytest.mark.some(0.5)
 def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path: Path) -> None:
     loop["units"]["plant"]["fine"] = True
     folder = foreign(ripple=4)

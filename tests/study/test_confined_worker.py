@@ -46,6 +46,7 @@ def test_workers_that_cannot_begin_say_why(study: Path, monkeypatch: pytest.Monk
         hy.study(study, study.parent / "out", workers=1)
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("engine", ["native", "fmpy"])
 def test_it_needs_no_file_of_the_scenario(study: Path, engine: str) -> None:
     """Where it builds the case anew: for the reference engine, and for another number of steps of a delay."""

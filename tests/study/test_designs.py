@@ -109,12 +109,14 @@ def test_the_robust_controller_of_a_scenario_is_that_of_its_weight(name: str) ->
     assert name != "h_infinity" or found.b_opt == pytest.approx(0.38, abs=0.005), "as its text says"
 
 
+@pytest.mark.some(0.5)
 def test_the_first_trial_is_the_one_that_the_file_states(tmp_path: Path) -> None:
     (first, *others) = next(iter(Asked(Study(write(tmp_path))).batches()))
     assert first == {"pid.Kd": 0.0003, "pid.Ki": 4000.0}
     assert all(v != first for v in others)
 
 
+@pytest.mark.some(0.5)
 def test_a_trial_outside_the_linear_limits_is_not_simulated(tmp_path: Path) -> None:
     """And a second call finds all rows; the first trial is inside."""
     pytest.importorskip("pyarrow")

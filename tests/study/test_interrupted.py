@@ -141,6 +141,7 @@ def test_a_full_disk(write: Any, tmp_path: Path, program: str, quiet: bytes) -> 
     assert outcome.table.read_bytes() == quiet
 
 
+@pytest.mark.some(0.5)
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
     """A script from standard input has no file for a worker to import."""
     path = write(engine="fmpy")
@@ -157,6 +158,7 @@ def test_workers_end_with_the_pool(write: Any) -> None:
     study = Study(write())
     with Pool([build(c) for c in study.cases], Run("native", seconds=10.0), 2) as pool:
         assert list(pool.run([], 5)) == []
+        assert {w.process.daemon for w in pool._workers} == {True}  # a parent that fails does not wait for them
 
 
 # ---- again -----------------------------------------------------------------------------------------------------------
@@ -192,6 +194,7 @@ class Unlucky(Runner):
         return super()._metrics(task)
 
 
+@pytest.mark.some(0.5)
 @forked
 @pytest.mark.parametrize(
     ("runner", "limit", "low", "high"), [(Slow, "timeout", 0.3, 30.0), (Large, "memory", 0.3, 4.0)]

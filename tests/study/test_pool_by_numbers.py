@@ -4,6 +4,7 @@ import json
 import signal
 from collections import deque
 from collections.abc import Iterator
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -119,6 +120,21 @@ def test_the_task_that_had_begun_is_blamed(begun: int, answered: int, at: int) -
     w._begun.value, w.answered = begun, answered
     assert w.blamed() == TASKS[at]
     assert list(w.tasks) == [t for t in TASKS[:4] if t != TASKS[at]]
+
+
+@pytest.mark.parametrize("supervised", [False, True])
+def test_the_end_of_a_worker(supervised: bool, tmp_path: Path) -> None:
+    """A supervisor is asked to end all processes, and has ten seconds for it."""
+    w, called, folder = worker(0), list[Any](), tmp_path / "scratch"
+    (folder / "more").mkdir(parents=True)
+    w._supervised, w._folder = supervised, str(folder)
+    w.pipe = SimpleNamespace(close=lambda: called.append("close"))
+    process = {name: lambda name=name: called.append(name) for name in ("kill", "terminate")}
+    w.process = SimpleNamespace(**process, join=lambda *seconds: called.append(seconds))
+    w.end()
+    first = ["terminate", (10.0,)] if supervised else ["kill", (None,)]
+    assert called == ["close", *first, "kill", ()]
+    assert not folder.exists()
 
 
 def test_tasks_that_come_back_are_first() -> None:

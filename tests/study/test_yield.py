@@ -208,6 +208,7 @@ def test_a_changed_limit_is_drawn_beside_the_old_one(made: Made, tmp_path: Path)
     assert [[word in page for word in words] for page in (same, changed)] == [[False] * 4, [True] * 4]
     for page, other in ((same, "b"), (changed, "c")):
         titles = "Two studies side by side", "Distributions on common axes", "Draws that changed their verdict"
+        assert "variations inside the limits, with 95 % intervals" in page
         assert all(title in page for title in titles)
         assert f"Old: {tmp_path / 'a'}, study decay of decay. New: {tmp_path / other}, study decay of decay." in page
     with pytest.raises(InputError, match=r"loop: not a report of 'hystfmu study': two studies are compared$"):

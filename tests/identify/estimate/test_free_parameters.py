@@ -153,6 +153,7 @@ def test_what_else_is_refused():
         hy.fit(data, graph(), free=LINEAR, N=4)
 
 
+@pytest.mark.some(0.5)
 def test_the_same_seed_gives_the_same_model_and_time_ends_a_search():
     free = {**LINEAR, "plays.r": {"lower": 0.0, "upper": 1.0}}
     a, b = (hy.fit(record(), graph(), free=free, seed=4).graph.run(record().u) for _ in range(2))
@@ -305,6 +306,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.some(0.5)
 def test_a_file_is_fitted_in_python_and_by_the_command(folder):
     model = hy.fit(hy.read("d.csv"), Path("my.graph.toml"), starts=3)
     assert model.graph.node("plays").value("r") == pytest.approx([0.2, 0.5], abs=1e-3)
@@ -319,6 +321,7 @@ def test_a_file_is_fitted_in_python_and_by_the_command(folder):
     assert (written.predict(hy.read("d.csv").u) == model.predict(hy.read("d.csv").u)).all()
 
 
+@pytest.mark.some(0.5)
 def test_a_model_file_with_a_table_of_free_parameters_is_fitted_again(folder):
     model = hy.fit(hy.read("d.csv"), Path("my.graph.toml"), starts=1)
     model.save("m.model.toml")

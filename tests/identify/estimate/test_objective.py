@@ -5,9 +5,10 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from hystfmu import Dataset, Graph, Node
+from hystfmu.identify.estimate import objective as module
 from hystfmu.identify.estimate.objective import Linear, Objective, OutOfTime
 from hystfmu.identify.features.plays import plays
-from hystfmu.identify.solvers.trust_region import Coordinates, Differences, refined
+from hystfmu.identify.solvers.trust_region import Coordinates, Differences, Found, refined
 
 U = np.interp(np.arange(90), [0, 25, 60, 75, 89], [0.0, 1.0, -1.0, 0.6, -0.3])
 Y = 0.4 * U + plays(U, np.array([0.2, 0.5]), 0.0) @ [0.5, 0.3] + 0.05 * np.sin(9 * np.arange(90))
@@ -97,6 +98,53 @@ def test_the_time_limit_ends_a_search_that_has_a_point():
     of.project(P)
     with pytest.raises(OutOfTime):
         of.project(P + 0.1)
+
+
+# ---- searches --------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("costs", "tried", "last"),
+    [
+        ([5.0, 2.0, 3.0], 3, 11.0), ([5.0, 2.0, 2.0], 3, 11.0), ([5.1e-9, 4.9e-9, 0.0], 2, 11.0),
+        ([4.9e-9, 0.0, 0.0], 1, 10.0),
+    ],
+)  # fmt: skip
+def test_short_searches_from_all_starts_until_one_is_good_enough(monkeypatch, costs, tried, last):
+    asked, told = [], []
+
+    def refined(of, p, evaluations, *tolerance):
+        asked.append((float(p[0]), evaluations, *tolerance))
+        return Found(p + 10, costs[int(p[0]) % 10])
+
+    monkeypatch.setattr(module, "refined", refined)
+    found = module.search(None, [np.array([k]) for k in (0.0, 1.0, 2.0)], told.append)
+    assert asked == [*((float(k), 30, 1e-8) for k in range(tried)), (last, 200)]
+    assert told == [*(0.25 * k for k in range(tried)), 0.75]
+    assert found.p[0] == last + 10
+    asked.clear()
+    module.search(None, [np.array([1.0])], told.append, (7, 9))
+    assert (asked, told[-1]) == ([(1.0, 9)], 0.5)
+
+
+def test_a_search_without_time_returns_its_best_point():
+    of = objective(until=-np.inf)
+    of.project(P)
+    found = module.search(of, [P + 0.1])
+    assert (found.p.tolist(), found.cost, found.whole) == (P.tolist(), of.best[0], False)
+
+
+def test_what_is_told_of_values_and_their_errors():
+    found = module.Determined(
+        ("a", "b", "c"), np.array([1.0, 2.0, 3.0]), np.array([0.1, np.inf, 0.0]), np.array([False, False, True]), 1.0,
+        (("b",), ("a", "b"), ("a", "b", "c")),
+    )  # fmt: skip
+    assert found.table == {
+        "a": {"value": 1.0, "standard_error": 0.1}, "b": {"value": 2.0, "known": "no"},
+        "c": {"value": 3.0, "known": "at a bound"},
+    }  # fmt: skip
+    assert [line.partition(":")[0] for line in found.warnings] == [
+        "the record does not determine b", "the record determines a and b only together",
+        "the record determines a, b and c only together",
+    ]  # fmt: skip
 
 
 # ---- coordinates and differences -------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from hystfmu.cli import main
 from hystfmu.data import signals
 from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
+from hystfmu.identify.excitation import not_shown
 from hystfmu.model import accuracy
 from hystfmu.model.coverage import clamped, coverage
 
@@ -100,3 +101,37 @@ def test_fit_and_predict_print_it(tmp_path):
         rf"warning: {re.escape(str(b))}: line \d+ and {share:.3g} % of all rows lie outside", outside.stderr
     )
     assert outside.stderr.count("\n") == 1
+
+
+# ---- signals that a record does not show -----------------------------------------------------------------------------
+def test_the_share_of_states_that_a_record_has_not():
+    u = np.sin(2 * np.pi * np.arange(600) / 150) * np.linspace(0.4, 1.0, 600)
+    record = data(np.r_[u, 3.0]).with_train((20, 580))
+    span = np.ptp(u[20:580])
+
+    def states(v):
+        z, r, found = np.full(2, v[0]), span / 2 * np.array([1, 2]) / 3, []
+        for x in v:
+            z = np.clip(z, x - r, x + r)
+            found.append([x, *z])
+        return np.array(found) / (span * np.sqrt(3))
+
+    for asked, first in ((0.5 * np.roll(u, 40), 0), (1.05 * u, 30), (np.full(9, 1.1), 0), (u[30:], 10)):
+        apart = np.linalg.norm(states(asked)[first:, None] - states(record.u)[None, 20:580], axis=2).min(axis=1)
+        assert not_shown.new_states(record, asked, first) == np.mean(apart > 0.05)
+
+
+def test_kinds_of_signals_that_a_record_does_not_show():
+    every = ("decaying oscillations", "sums of tones", "nested reversals", "minor loops at several levels")
+    assert not_shown.kinds_not_shown(data(np.sin(2 * np.pi * np.arange(600) / 150))) == every
+    rich = data(5 + 3 * np.concatenate([signals.training(200, 4), signals.minor_loops(9, 0.2)]))
+    assert not_shown.kinds_not_shown(rich) == ()
+
+
+def test_a_record_of_one_speed_or_of_one_frequency():
+    t = np.arange(1200)
+    decay = np.exp(-t / 300) * np.sin(2 * np.pi * t / 100)
+    chirp = np.sin(2 * np.pi * np.cumsum(np.linspace(0.002, 0.02, 1200)))
+    ramps = signals.ramps([0, 1, -0.5, 0.8, -1, 0.2, -0.1, 1], 0.02)
+    for u, one in ((decay, True), (ramps, True), (np.linspace(0.2, 1, 1200) * chirp, False), (chirp, False)):
+        assert not_shown.one_speed(data(u)) is one

@@ -38,6 +38,7 @@ def test_creep_moves_the_lag_by_a_row_at_most():
     assert abs(lag(late(4, plant=plants.asymmetric))[0] - 4) <= 1
 
 
+@pytest.mark.some(0.5)
 def test_a_fit_reports_it_with_the_remedy():
     data = late(2)
     (warning,) = [w for w in fit(data, "prandtl_ishlinskii").fit["warnings"] if "lags" in w]
@@ -202,6 +203,7 @@ def test_an_offset_is_no_drift_and_is_taken():
     assert m.fit["rms_percent"] < 0.1
 
 
+@pytest.mark.some(0.5)
 def test_creep_is_taken_by_lags_and_left_by_plays_alone():
     """y plus 10 % of a first-order lag of it, T = 2 s, integrated by the exact exponential between rows."""
     q = np.zeros(len(U))

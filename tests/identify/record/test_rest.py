@@ -107,6 +107,7 @@ def test_an_error_that_full_swings_leave_is_not_one_of_the_memory(monkeypatch: p
         rest(hy.Dataset.from_signal(u[::-1], y[::-1], 1e-3))
 
 
+@pytest.mark.some(0.5)
 def test_an_inverse_has_a_linear_term_also_where_the_device_has_none() -> None:
     """The device has a dead zone of 20 V behind each reversal; `actuator` keeps its least slope there."""
     model = hy.fit(record(0.0), "actuator")

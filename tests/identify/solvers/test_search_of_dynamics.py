@@ -11,9 +11,10 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import covariate_inputs
 from hystfmu.identify.cuts import validation_rows
-from hystfmu.identify.estimate import dynamics
+from hystfmu.identify.estimate import dynamics, weighted
 from hystfmu.identify.estimate.dynamics import Dynamics, bounds, unknown
 from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
+from hystfmu.identify.evidence import Mode
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
 from hystfmu.identify.features.plays import behind_dead_band, dead_band, with_dead_band
@@ -53,6 +54,26 @@ def test_a_long_record_is_searched_over_four_decades():
     search(known, Dataset.from_signal(u, u, 1e-4), OPTIONS, lambda f: None)
     assert min(g.f_n for g in known.tried) == pytest.approx(0.5, rel=1e-3)
     assert max(g.f_n for g in known.tried) == pytest.approx(5000, rel=1e-3)
+
+
+def test_the_modes_that_a_record_shows_are_starts_alone_and_together(monkeypatch):
+    slow, fast = Mode(100.0, 0.1, 0.3, 1.0, 0.01, 0.1), Mode(300.0, 0.05, 0.6, 1.0, 0.01, 0.1)
+    asked = []
+
+    def starts(modes, delay_se=1.0, data=DATA):
+        shown = SimpleNamespace(modes=modes, delay=0.002, delay_se=delay_se)
+        monkeypatch.setattr(weighted, "evidence", lambda data: asked.append(data) or shown)
+        monkeypatch.setattr(weighted, "_SHOWN", {})
+        return [weighted._modes(data) for _ in range(2)][1]
+
+    assert starts(()) == []
+    assert starts((slow,)) == [Dynamics(100.0, 0.1, 0.002)]
+    both = Dynamics(300.0, 0.05, 0.002, ((100.0, 0.1, 0.3 / (0.3 + 0.6)),))
+    assert starts((slow, fast)) == [Dynamics(100.0, 0.1, 0.002), Dynamics(300.0, 0.05, 0.002), both]
+    assert starts((slow,), np.inf) == [Dynamics(100.0, 0.1, 0.0)]
+    assert len(asked) == 4  # once for a record
+    u = np.arange(60_001.0)
+    assert [len(starts((slow,), data=Dataset.from_signal(v, v, H))) for v in (u, u[1:])] == [0, 1]
 
 
 def test_each_point_is_filtered_once():
@@ -99,8 +120,8 @@ def test_the_jacobian_of_weighted_signals_is_that_of_the_projected_residuals():
     def fit(seen, y):
         return np.linalg.lstsq(seen, y, rcond=None)[0], np.ones(3, dtype=bool)
 
-    weighted = Weighted(signals, Dataset.from_signal(np.arange(400.0), y, H), rows, "foh", fit)
-    of = weighted.differences((), (LO - 5, HI + 5))
+    problem = Weighted(signals, Dataset.from_signal(np.arange(400.0), y, H), rows, "foh", fit)
+    of = problem.differences((), (LO - 5, HI + 5))
     p = true.point(H)
     assert of.residuals(p) == pytest.approx(np.zeros(100), abs=1e-12)
     want = np.column_stack([(of.residuals(p + d) - of.residuals(p - d)) / 2e-5 for d in 1e-5 * np.eye(3)])

@@ -48,6 +48,7 @@ def micrometres(key: str = "play_bank") -> Model:
     return Model(key, graph, 1e-3, "two plays", provenance={"span_u": [0.0, 100.0]})
 
 
+@pytest.mark.some(0.5)
 def test_ports_are_in_si_units(tmp_path: Path) -> None:
     """Millivolts and micrometres of the model are volts and metres at the ports; the loop is the same."""
     model = micrometres()

@@ -115,6 +115,7 @@ def test_program_of_the_page_compiles(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.some(0.5)
 def test_files_for_a_target_need_no_allocator(tmp_path: Path) -> None:
     if not shutil.which("cc"):
         pytest.skip("no C compiler")

@@ -88,23 +88,6 @@ def test_a_tuned_gain_is_that_of_the_scenario(tmp_path: Path) -> None:
 AHEAD = {"r_ahead": "reference.r_lead", "r_dot": "reference.dr_lead", "r_ddot": "reference.ddr_lead"}
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-def test_reset_and_saved_state(fmi: int, tmp_path: Path) -> None:
-    called = made(hy.Scenario.load(ROOT / "scenarios/repetitive"), tmp_path, fmi=fmi)
-    rng = np.random.default_rng()
-    rows = [{"r": r, "y": y, "r_ahead": r} for r, y in rng.uniform(-0.5, 0.5, (120, 2)).tolist()]
-    first = [called.command(rows[0]), *map(called.sample, rows[1:])]
-    called.fmu.reset()
-    again = [called.command(rows[0]), *map(called.sample, rows[1:60])]
-    state, k = called.fmu.getFMUState(), called.k
-    again += map(called.sample, rows[60:])
-    assert again == first
-    called.fmu.setFMUState(state)
-    called.k = k
-    assert list(map(called.sample, rows[60:])) == first[60:]
-    called.free()
-
-
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("scenario", "fmi"), [("pid", 2), ("h_infinity", 3), ("stage/ppf", 2), ("adaptive", 3)])
 def test_it_is_a_good_fmu(scenario: str, fmi: int, tmp_path: Path) -> None:

@@ -41,6 +41,7 @@ def of_all(model: str, first: str) -> list[Any]:
     return [f"{first}/{model}", pytest.param(f"fmi2/{model}", marks=pytest.mark.stress), f"fmi3/{model}"]
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("fmi", [3, pytest.param(2, marks=pytest.mark.stress)])
 def test_model_exchange_of_a_lag_follows_its_closed_form(tmp_path: Path, fmi: int) -> None:
     """y' = (u - y)/T with an input held over each step; the rows of the file lie between the steps."""
@@ -66,6 +67,7 @@ def test_dahlquist(tmp_path: Path, name: str) -> None:
     assert np.abs(run.values["x"] - np.exp(-2.5 * run.t)).max() < 3e-8
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("name", of_all("Dahlquist", "fmi1cs"))
 def test_dahlquist_steps_by_its_own_euler_in_co_simulation(name: str) -> None:
     run = run_fmu(reference_fmu(name), step=0.1, stop=5.0)
@@ -92,6 +94,7 @@ def test_bouncing_ball_meets_the_times_of_its_bounces(tmp_path: Path, name: str)
     assert np.abs(run.values["v"] - speed).max() < 1e-7
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("name", of_all("Stair", "fmi1me"))
 def test_time_events_and_a_designed_end(tmp_path: Path, name: str) -> None:
     run = run_fmu(of_model(name, tmp_path), step=0.25, stop=20.0)
@@ -99,6 +102,7 @@ def test_time_events_and_a_designed_end(tmp_path: Path, name: str) -> None:
     assert (run.t[-1], run.note) == (8.75, "the FMU ends the simulation at 9 s")
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("name", of_all("Stair", "fmi1cs"))
 def test_stair_in_co_simulation(name: str) -> None:
     run = run_fmu(reference_fmu(name), step=0.2, stop=8.0)
@@ -255,6 +259,7 @@ def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, An
         run_fmu(path, **more)
 
 
+@pytest.mark.some(0.5)
 def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     from click.testing import CliRunner
 

@@ -177,6 +177,7 @@ def run(write: Any, engine: Any, defect: str) -> Trace:
     return Trace.joined(chunks_here(system, engine), system.n_steps + 1)
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("number", ["HUGE_VAL", "-HUGE_VAL", "NAN"])
 def test_a_number_that_is_not_finite_stops_before_our_unit(write: Any, engine: str, number: str) -> None:
