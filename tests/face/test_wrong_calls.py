@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import hystfmu as hy
-from hystfmu.base.calls import checked
 
 T = np.arange(40) / 1000.0
 U, Y = np.sin(40 * T), np.sin(40 * T - 0.3)
@@ -163,15 +162,6 @@ def test_the_line_names_argument_rule_and_remedy() -> None:
         H.fit(data(), model="preisach")
     with pytest.raises(hy.InputError, match=r"a Graph. Got a Model instead. The graph of a model is model.graph"):
         H.Unit(model())
-
-
-def test_a_fault_of_the_program_stays_what_it_is() -> None:
-    @checked
-    def faulty(x: int) -> int:
-        return {"a": x}["b"]  # type: ignore[no-any-return]
-
-    with pytest.raises(KeyError):
-        faulty(1)
 
 
 def test_predict_and_score_take_the_same_things() -> None:

@@ -265,6 +265,7 @@ def test_several_scenarios_have_a_line_each() -> None:
     assert [len(row) for row in rows] == [0, 6, 6, 6, 6, 0]
     assert (rows[2], rows[4]) == (["p", "d", "m", "0.9", "1", "passed"], ["r", "c", "", "", "", "stopped"])
     assert html.endswith("<ul><li>r/c: stopped</li></ul>")
+    assert repr(Results([])) == "Results([])"
     assert repr(Results(some)) == "Results(4 cases, 3 passed; failed: r/c)"
     plain = [replace(r, loop=None) for r in some]
     assert "Ms" not in terminal.verdicts(plain)

@@ -137,7 +137,7 @@ def test_bouc_wen_by_the_variational_equations(beta, gamma, n):
 
 
 OSCILLATORS = [
-    ("bouc_wen_oscillator", {"nu": 1.7}, ("m_L", "c_L", "k_L", "alpha", "beta", "gamma", "delta", "nu")),
+    ("bouc_wen_oscillator", {"nu": 2.0}, ("m_L", "c_L", "k_L", "alpha", "beta", "gamma", "delta", "nu")),
     ("duhem_oscillator", {"f": [9e4, 7e4, 5e4, 3e4, 1e4], "z_max": 90.0}, ("m_L", "c_L", "k_L")),
     ("maxwell_slip_oscillator", {"k": [4e4, 3e4], "r": [2e-4, 5e-4]}, ("m_L", "c_L", "k_L", "k", "r")),
 ]

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, Complex, InputError
 from hystfmu.design.delays import StateSpace, close
 from hystfmu.design.linear import NO_STATES, python_control
-from hystfmu.design.loop import Complex, Margins, beside, grid, least, margins_of, on_grid, response_of
+from hystfmu.design.loop import Margins, beside, grid, least, margins_of, on_grid, response_of
 from hystfmu.design.repetitive import PeriodMemory
 from hystfmu.scenario.loop.plant import PlantSide, held, slopes_of
 from hystfmu.scenario.system.system import Link, System
@@ -97,7 +97,7 @@ class OpenedLoop:
         """Return whether the loop is stable with an additional gain at the opened signal."""
         if self.broken is None:
             return self.stable(gain * slope, delay)
-        return self.stable(slope, delay) if gain == 1 else self._closed_break(gain).stable(slope, delay)
+        return self._closed_break(gain).stable(slope, delay)
 
     def _closed_break(self, gain: float) -> "OpenedLoop":
         """Return the loop closed through a gain at the opened signal, and opened at the input of the plant."""

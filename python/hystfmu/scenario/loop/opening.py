@@ -355,11 +355,10 @@ def verdicts_of(scenario: Cases, opened: Mapping[str, OpenedLoop | InputError]) 
         corners = {c: o for c, o in loops.items() if any(fnmatchcase(c, pattern) for pattern in spec.corners)}
         if not corners:
             raise InputError(f"{where}.corners: A case with a loop must have such a name. Got {spec.corners} instead.")
-        low, high = spec.slopes or (None, None)
         reached: dict[str, float] = {}
         kept: dict[tuple[object, ...], float] = {}
         for c, o in corners.items():
-            wide = o if low is None or high is None else replace(o, slopes=(low, high))
+            wide = replace(o, slopes=(spec.slopes[0], spec.slopes[1])) if spec.slopes else o
             key = (*wide.key, wide.slopes)
             if key not in kept:
                 kept[key] = wide.stable_to(sorted({*DELAYS, spec.stable_to_steps}))

@@ -177,13 +177,18 @@ def plant_side(system: System, plant: int, around: Sequence[int]) -> PlantSide:
     return PlantSide(tuple(links), (late + max(held, 0)) / case.ripple if case.ripple > 1 else float(late))
 
 
+def _edges(graph: Graph) -> list[tuple[str, str]]:
+    """Return the connections of a graph as pairs of the names of its nodes."""
+    return [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
+
+
 def _delay(system: System, part: Part) -> int:
     """Return the number of steps by which a unit delays its input.
 
     An InputError is raised if several delays are not in series, for example in a selection of delays.
     """
     delays = [n for n in part.own.nodes if n.type == DELAY]
-    edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in part.own.wires]
+    edges = _edges(part.own)
     for a, b in combinations([n.name for n in delays], 2):
         if b not in behind(edges, a) and a not in behind(edges, b):
             raise InputError(
@@ -339,7 +344,7 @@ def _undone(system: System, between: Collection[int]) -> set[str]:
     found: set[str] = set()
     for k in between:
         graph = system.parts[k].own
-        edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
+        edges = _edges(graph)
         found |= {n.block.inverts for n in graph.nodes if n.block.inverts}
         for tried in (n.name for n in graph.nodes if n.block.trial):
             ring = behind(edges, tried) & behind([(b, a) for a, b in edges], tried)
@@ -372,7 +377,7 @@ def _parallel(graph: Graph, way: Sequence[Node]) -> bool:
 
 def _ways(graph: Graph) -> tuple[list[tuple[str, str]], set[str], str]:
     """Return the connections of a graph, the block inputs driven by its first input, and its first block output."""
-    edges = [(a.partition(".")[0], b.partition(".")[0]) for a, b in graph.wires]
+    edges = _edges(graph)
     return edges, {end.partition(".")[0] for end in graph.inputs[0].to}, graph.outputs[0].source.partition(".")[0]
 
 
