@@ -183,8 +183,8 @@ def actuator(tail: bool, **plays: object) -> hy.Model:
         Node("readout", "scaling", {"n": 1}, {"gain": 30.0, "offset": 4.0}),
     ]
     if tail:
-        a = [1.0, 2 * 0.3 * OMEGA, OMEGA**2]
-        nodes.append(Node("g0", "transfer_function", {"na": 2, "nb": 0}, {"b": [2 * OMEGA**2], "a": a}))
+        a = [3.0, 3 * 2 * 0.3 * OMEGA, 3 * OMEGA**2]
+        nodes.append(Node("g0", "transfer_function", {"na": 2, "nb": 0}, {"b": [3 * 2 * OMEGA**2], "a": a}))
         nodes.append(Node("wait", "delay", {"n": 2}))
         nodes.append(Node("sensor", "scaling", {"n": 1}, {"gain": 0.5, "offset": -1.0}))
     ends = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
@@ -221,6 +221,14 @@ def test_the_fit_says_what_an_ordinary_error_is() -> None:
     assert float(exact.value("sigma")[0]) == pytest.approx(1e-3 * 0.95 * 0.3 / 2)
     assert float(exact.value("w0_min")[0]) == 0.25
     np.testing.assert_allclose(exact.value("sd"), 0.22 * np.array([0.5, 0.4, 0.95 / 6]))
+    late = Node("wait", "delay", {"n": 2})  # a delay without other dynamics has a static gain of 1
+    nodes, wires = actuator(False).graph.nodes, actuator(False).graph.wires
+    graph = Graph(
+        [*nodes, late], [*wires, ("readout.y", "wait.u")], actuator(False).graph.inputs, [Output("y", "wait.y")]
+    )
+    made = replace(actuator(False), graph=graph, step=1e-3).inverse("adaptive").graph
+    assert made.node("adaptive").dims["delay"] == 2
+    assert made.node("ports").value("gain") == pytest.approx(1 / 30)
 
 
 @pytest.mark.parametrize(
