@@ -339,12 +339,19 @@ class Race:
         return np.asarray(model.graph.run(with_starts(model.graph, self.other), self.data.h)).reshape(-1)
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
-        """Return whether a candidate is as good as `best`, or noise can explain the difference between their errors."""
-        if self.risk(trial) <= AS_GOOD * max(self.risk(best), EXACT):
+        """Return whether a candidate is as good as `best`, or noise can explain the difference between their errors.
+
+        On a poor record, a clearly larger error on the blocks is never as good: the distance from the median is no
+        standard error, and a wrong candidate near the other wrong ones can have the smaller distance.
+        """
+        similar = self.risk(trial) <= AS_GOOD * max(self.risk(best), EXACT)
+        if similar and not (self.poor and self.excess(trial) > LOSER * max(self.excess(best), EXACT)):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
             return False
-        worse = trial.square - best.square + self.uncertainty(trial) ** 2 - self.uncertainty(best) ** 2
+        worse = trial.square - best.square
+        if not self.poor:
+            worse += self.uncertainty(trial) ** 2 - self.uncertainty(best) ** 2
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
 
