@@ -200,6 +200,23 @@ static fmi_status advance(instance *i, double t, double h, double length) {
   return FMI_OK;
 }
 
+/* After an overflow the memory is not finite either.  Its copy before every step would cost more than most steps. */
+static fmi_status refuse_overflow(const instance *i, const hyst_port *p, double value) {
+  char t[32];
+  return fmi_refuse(i, "'%s' is %s at t = %s s.", p->name, value != value ? "NaN" : "infinite",
+                    hyst_number(t, sizeof t, i->run.t));
+}
+
+static fmi_status examine_step(const instance *i) {
+  const hyst_graph *g = i->graph;
+  for (const hyst_port *p = g->ports + g->first_output; p < g->ports + g->end_output; p++)
+    for (int64_t e = 0; p->kind == HYST_OUTPUT && e < p->size; e++)
+      if (!fmi_is_finite(p->value[e])) return refuse_overflow(i, p, p->value[e]);
+  for (const hyst_port *p = i->continuous; p < i->continuous + i->n_continuous; p++)
+    if (!fmi_is_finite(*p->value)) return refuse_overflow(i, p, *p->value);
+  return FMI_OK;
+}
+
 fmi_status fmi_step(instance *i, double t, double h) {
   char a[32], b[32];
   if (!(h > 0 && h <= FMI_MOST_STEP))
@@ -226,6 +243,7 @@ fmi_status fmi_step(instance *i, double t, double h) {
     if (!s) s = advance(i, begin, rest, length);
   }
   if (ahead) fmi_arrive(i, !s);
-  if (!s) i->run.clock = t_end;
-  return s;
+  if (s) return s;
+  i->run.clock = t_end;
+  return examine_step(i);
 }

@@ -3,6 +3,7 @@
 
 #include "core/graph/continuous.h"
 #include "core/graph/error.h"
+#include "core/graph/message.h"
 #include "core/graph/run.h"
 
 /* of the variables after those of the graph */
@@ -44,6 +45,13 @@ static fmi_status wait_for_input(instance *i, const hyst_port *p, int64_t elemen
             p->name, value != value ? "NaN" : "infinite");
   i->n_broken += !i->broken[at];
   i->broken[at] = 1;
+  return FMI_DISCARD;
+}
+
+fmi_status fmi_overflowed(const instance *i, const hyst_port *p, double value) {
+  char t[32];
+  fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "'%s' is %s at t = %s s.", p->name, value != value ? "NaN" : "infinite",
+          hyst_number(t, sizeof t, i->run.t));
   return FMI_DISCARD;
 }
 

@@ -25,6 +25,14 @@ static inline const hyst_port *fmi_found(const instance *i, uint32_t reference) 
 }
 /* makes new parameter values effective, for the current step */
 fmi_status fmi_prepare(instance *i);
+/* Reads an element.  *status becomes Discard after a warning if the value is not finite, which only outputs, states and
+ * derivatives can be. */
+fmi_status fmi_overflowed(const instance *i, const hyst_port *p, double value);
+static inline double fmi_read(const instance *i, const hyst_port *p, int64_t element, fmi_status *status) {
+  const double value = p->value[element];
+  if (!fmi_is_finite(value)) *status = fmi_overflowed(i, p, value);
+  return value;
+}
 /* Checks whether an element may be set to a value now; fmi_set() sets it.  A call sets all its values or none. */
 fmi_status fmi_examine_state(const instance *i, const hyst_port *p, double value); /* of a continuous state */
 fmi_status fmi_examine(instance *i, const hyst_port *p, int64_t element, double value);

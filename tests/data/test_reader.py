@@ -94,6 +94,15 @@ def with_step_of_a_group(file):
         item.attrs["units"] = unit
 
 
+def with_two_rates(file):
+    """Two groups whose channels have other time steps, as those of two tasks of one instrument."""
+    for group, step in (("fast", 1e-4), ("slow", 5e-4)):
+        for name, column, unit in (("u", U, "V"), ("y", Y, "um")):
+            item = file.create_dataset(f"{group}/{name}", data=column)
+            item.attrs["units"] = unit
+            item.attrs["dt"] = step
+
+
 def as_matlab_7_3(file):
     for name, column in (("time_ms", T * 1e3), ("u", U), ("y", Y)):
         file.create_dataset(name, data=column[None])
@@ -104,6 +113,7 @@ VARIANTS = {
     "plain": ("a.csv", text(["t,u [V],y [um]"], lines(",", factor=1.0)), {}),
     "byte order mark, CRLF": ("a.csv", text(["t [s],u [V],y [um]"], lines(",", factor=1.0), "utf-8-sig", "\r\n"), {}),
     "line ends of an old Mac": ("a.csv", text(["t,u [V],y [um]"], lines(",", factor=1.0), newline="\r"), {}),
+    "full-width brackets": ("a.csv", text(["時間（ms）,電圧［V］,変位（µm）"], lines(",")), {}),
     "German Excel": ("a.csv", text(GERMAN, lines(comma=True), "cp1252", "\r\n"), {}),
     "German Excel, named": (
         "a.csv",
@@ -176,6 +186,7 @@ VARIANTS = {
     "HDF5 with units": ("a.h5", lambda: hdf5(in_group), {}),
     "HDF5 with the rate of a group": ("a.h5", lambda: hdf5(with_step_of_a_group), {}),
     "MAT 7.3": ("a.mat", mat_7_3, {}),
+    "HDF5 with two rates": ("a.h5", lambda: hdf5(with_two_rates), {"input": "slow/u", "output": "slow/y"}),
 }  # fmt: skip
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
 
@@ -313,6 +324,9 @@ REFUSED = {
     "two decimal signs": (
         text(["t;u;y"], [f"{k};{'1.5' if k == 4 else '2,5'};{k}" for k in range(9)]), {}, ["decimal sign", "--decimal"],
     ),
+    "an output in an unknown form": (
+        text(["t;u [V];Weg [nm]"], [f"{k};1;1 20{k},5" for k in range(9)]), {}, ["line 2", "'Weg'", "'1 200,5'"],
+    ),
     "a quote without end": (text(["t;u;y"], [f'{k};"1;{k}' for k in range(9)]), {}, ["line 2", "quoted cell must end"]),
     "names that do not fit": (
         text(["t;u"], [f"{k};1;{k}" for k in range(9)]), {}, ["line 2", "2 cells, as line 1", "Got 3"],
@@ -324,6 +338,15 @@ REFUSED = {
     "a MAT file of text": (mat(run="now"), {}, ["'run' of class char", "as variables"]),
     "gzip that breaks off": (gzip.compress(text(GERMAN, lines()))[:60], {}, ["whole gzip archive"]),
     "gzip that unpacks to more": (gzip.compress(bytes(10**6)), {"most": 10**5}, ["at most 100000 bytes when unpacked"]),
+    "columns of different time steps": (
+        lambda: hdf5(with_two_rates), {"input": "fast/u", "output": "slow/y"},
+        ["equal time steps", "'fast/u' (0.0001 s), 'slow/y' (0.0005 s)"],
+    ),
+    "a MAT file of complex numbers": (mat(t=T, u=U, y=Y * (1 + 1j)), {}, ["'y'", "real numbers", "complex128"]),
+    "an overload of an instrument": (
+        text(["t;u;y"], [f"{k};1;{'9.9E+37' if k == 4 else k}" for k in range(9)]), {},
+        ["line 6", "'y'", "finite", "9.9e+37 instead, which instruments write for an overload"],
+    ),
     "columns of different lengths": (
         mat(t=T, u=U, y=Y[:-1]), {}, ["equal lengths. Got u (40), y (39), t (40) instead"],
     ),
@@ -334,7 +357,7 @@ REFUSED = {
 def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
     content, options, words = REFUSED[name]
     path = tmp_path / "a.csv"
-    path.write_bytes(content)
+    path.write_bytes(content() if callable(content) else content)
     with pytest.raises(InputError) as e:
         read(path, **options)
     message = str(e.value)

@@ -9,8 +9,7 @@ from hystfmu import Dataset
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import Candidate
 from hystfmu.identify.cuts import validation_rows, without_outermost
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, polynomials, unknown
-from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
+from hystfmu.identify.estimate.dynamics import Dynamics, Weighted, bounds, polynomials, search, uncertainty, unknown
 from hystfmu.identify.features.bent_sum import Following
 from hystfmu.model import guards
 

@@ -14,8 +14,7 @@ from hystfmu.identify import cuts
 from hystfmu.identify.catalogue import ANY, Candidate, candidates
 from hystfmu.identify.cuts import EVERY, beginning, fitted_and_held, shortened, validation_rows
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import FOLDS, LOSER, Race
-from hystfmu.identify.trial import Trial
+from hystfmu.identify.race import FOLDS, LOSER, Race, Trial
 from hystfmu.model import rms
 
 CANDIDATES = candidates()

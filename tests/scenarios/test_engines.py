@@ -120,8 +120,9 @@ def test_a_run_that_overflows_is_a_failure_and_not_bad_input(
     (result,) = hy.run([write(loop)])
     assert not result.passed
     (line,) = result.failures()
-    assert line.startswith("loop/nominal: stopped: pid refuses the step from t = 0 s: ")
-    assert "u_ff" in line  # the words of the FMU
+    assert line.startswith(
+        "loop/nominal: stopped: large refuses the step from t = 0 s: 'y' is infinite at t = 0.0001 s"
+    )
     assert capfd.readouterr() == ("", "")
     assert list(temporary.iterdir()) == []
 

@@ -86,8 +86,9 @@ def read(folder: Path, step: float | None = 0.25, stop: float | None = None, **m
 
 
 def two(folder: Path) -> dict[str, bytes]:
-    """Both FMUs with inputs u, w and c, of which c is no connector, and an output y."""
+    """Both FMUs with inputs u, w and c, of which c is no connector, an output y, and parameters."""
     ends = [Variable(name, "Real", "input", (0.0,)) for name in ("u", "w", "c")]
+    ends += [Variable(name, "Real", "parameter", (0.0,)) for name in ("own", "z.q", *"pnmkfestoxl")]
     drawn_fmu(folder / "x.fmu", 2, [*ends, Variable("y", "Real", "output", (0.0,))])
     content = (folder / "x.fmu").read_bytes()
     return {"resources/a.fmu": content, "resources/b.fmu": content}
@@ -165,6 +166,15 @@ def test_values_of_every_kind(tmp_path: Path) -> None:
     elements = component("a", values(value("w", "text", "String"))) + component("b")
     with pytest.raises(InputError, match=r"a: w: an input must be a number\. Got 'text' instead\."):
         read(tmp_path, elements=elements, files=two(tmp_path))
+
+
+def test_a_parameter_without_a_variable_is_named(tmp_path: Path) -> None:
+    """The schema of ParameterBinding: such a parameter is ignored."""
+    elements = component("a", values(value("p", "2"), value("gian", "3"))) + component("b")
+    shared = values(value("a.q", "4"), value("plant.p", "5"), value("p", "6"))
+    found = read(tmp_path, elements=elements, shared=shared, files=two(tmp_path))
+    assert found.case.units["a"].set == {"p": 2.0}
+    assert found.ignored == ("a.gian", "a.q", "plant.p", "p")
 
 
 def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from hystfmu.base.arrays import Array
 from hystfmu.design.feedforward import preview
 from hystfmu.design.plants import Plant, plant_set
 from hystfmu.design.race import Aim
+from hystfmu.identify.evidence import Evidence, Mode
 from hystfmu.scenario.loop.table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import FINE, device, plant_model, reach, reference_frequency
@@ -104,6 +105,29 @@ def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
     assert y == pytest.approx(truth(command, 2 * np.pi * f, zeta, late), abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("modes", "bent", "words"),
+    [
+        (0, False, "the record shows no resonance up to 100 Hz, and gives no information above"),
+        (0, True, "the record shows no resonance up to 30 Hz, and determines no mode above, where its response is not"),
+        (1, False, "the record gives no information about the device above 100 Hz, except for its modes at 300 Hz"),
+        (1, True, "above 30 Hz the modes that the record determines do not describe its response"),
+    ],
+)
+def test_a_note_names_modes_only_if_the_record_determines_one(modes: int, bent: bool, words: str) -> None:
+    f, none = np.linspace(1, 100, 100), np.zeros(100)
+    gain = np.abs(Plant((300.0,), (0.1,), (1.0,)).response(np.exp(2j * np.pi * f * 1e-6), 1e-6)) if modes else 1 + none
+    gain *= np.where(bent & (f > 30), 3.0, 1.0)  # one point alone may be off by chance
+    known = (Mode(300.0, 0.1, 1.0, 0.1, 0.001, 0.01),) * modes
+    evidence = Evidence(H, "foh", (1.0, 100.0), f, gain, none, 1 + none, none, known, 0.0, 1e-4, 0.0, 0.0)
+    graph = hy.blocks.PrandtlIshlinskii(**PLAYS).graph
+    fit = {"evidence": evidence.to_dict()}
+    model = hy.Model("device", graph, H, fit=fit, provenance={"span_u": [0.0, 100.0]})
+    found = device(model, hy.Dataset(H * K, U, model.predict(U)))
+    assert found.notes[0].startswith(words)
+    assert found.band == (30 if bent else 100)
+
+
 def plan(delay: int, wanted: Wanted) -> LoopPlan:
     """Return the loop of a static device with a reference, a delay for computing, and neither noise nor misfit."""
     model = hy.Model("device", hy.blocks.PrandtlIshlinskii(**PLAYS).graph, H, provenance={"span_u": [0.0, 100.0]})
@@ -123,6 +147,14 @@ def test_a_later_device_is_one_step_later_than_the_design(delay: int) -> None:
     assert np.array_equal(y[1][50 + FINE :], y[0][50:-FINE])
 
 
+def test_other_devices_are_tested_by_a_reference_without_jumps() -> None:
+    """The error of a jump would hide that the loop oscillates."""
+    jump, sine = Wanted("step"), Wanted("sine")
+    assert Requirements(reference=(jump,)).wanted == (jump, sine)
+    made = references(plan(1, sine).found, (jump, Wanted("staircase"), sine))
+    assert [t.name for t in made] == ["sine", "step", "staircase"]
+
+
 def test_a_reference_is_read_from_a_file(tmp_path: Path) -> None:
     r = 30 + 5 * np.sin(0.02 * np.arange(400))
     (tmp_path / "r.csv").write_text("t [ms],r\n" + "\n".join(f"{2 * k},{v!r}" for k, v in enumerate(r.tolist())))
@@ -140,15 +172,16 @@ def test_the_residual_of_small_strokes_counts_for_those_of_the_references(share:
     assert found.rms == pytest.approx(0.01 * 0.8 * 50 / np.sqrt(2), rel=0.03)
 
 
-@pytest.mark.parametrize(("harmonics", "left"), [(6, 0.588), (10, 0.169), (60, 0.0)])
-def test_the_error_of_a_corner_counts_above_the_band(harmonics: int, left: float) -> None:
+@pytest.mark.parametrize(("band", "mode", "left"), [(6, 3, 0.588), (10, 3, 0.169), (60, 3, 0.0), (6, 10, 0.169)])
+def test_the_error_of_a_corner_counts_above_band_and_modes(band: int, mode: int, left: float) -> None:
     """RMS of a triangle with rounded turns above its harmonics, in percent of peak to peak; a sine has none there."""
     u = 50 + 50 * np.sin(2 * np.pi * K / 50)
     for shape in ("triangle", "sine"):
         loop = plan(1, Wanted(shape))
-        found = replace(loop.found, plant=Plant((200.0,), (0.1,), (1.0,)), band=harmonics * loop.found.frequency)
+        f = loop.found.frequency
+        found = replace(loop.found, plant=Plant((mode * f,), (0.1,), (1.0,)), band=band * f)
         plants = plant_set(found.plant, H, (1.0, 1.0), errors=((0.0, 0.0, 0.0),))
-        aim = Aim(found.frequency * HARMONICS, np.zeros(len(HARMONICS)), np.zeros(len(HARMONICS)))
+        aim = Aim(f * HARMONICS, np.zeros(len(HARMONICS)), np.zeros(len(HARMONICS)))
         run = SimpleNamespace(case=shape, value=lambda metric: 0.1)
         (said,) = promises(found, plants, aim, None, loop.tried, [run], hy.Dataset(H * K, u, u), found.model)
         assert said.rms_percent == pytest.approx(np.hypot(0.1, left * (shape == "triangle")), abs=3e-3)

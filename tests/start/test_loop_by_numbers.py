@@ -28,6 +28,19 @@ def found() -> Device:
     return replace(device(model, hy.Dataset(H * np.arange(1001), u, model.predict(u))), frequency=5.0)
 
 
+@pytest.mark.parametrize(
+    ("band", "bandwidth", "modes", "told"),
+    [(100.0, 2.0, (), "full"), (100.0, 1.9, (), "slow"), (100.0, 1.9, (300.0,), "full"), (0.0, 1.9, (), "slow")],
+)
+def test_feedback_is_slow_without_a_mode_or_a_band(
+    found: Device, band: float, bandwidth: float, modes: tuple[float, ...], told: str
+) -> None:
+    one = tuple(0.1 for _ in modes)
+    loop = SimpleNamespace(device=replace(found, band=band, plant=Plant(modes, one, one)))
+    loop.tuned = SimpleNamespace(bandwidth=bandwidth)
+    assert closed_loop.ClosedLoop.feedback.fget(loop) == told
+
+
 # ---- references ------------------------------------------------------------------------------------------------------
 def tried(found: Device, shape: str, frequency: float = 0.0) -> Tried:
     (made,) = references(found, (Wanted(shape, frequency),))

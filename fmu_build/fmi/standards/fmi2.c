@@ -114,12 +114,13 @@ fmi2Status fmi2Reset(fmi2Component c) {
     NEED(Get##name, vr, n, "value references");                                                   \
     NEED(Get##name, value, n, "values");                                                          \
     if (fmi_fresh(i)) return fmi2Error;                                                           \
+    fmi_status s = FMI_OK;                                                                        \
     for (size_t k = 0; k < n; k++) {                                                              \
       const hyst_port *p = fmi_port(i, TABLE + CALL_Get##name, vr[k], types);                     \
       if (!p) return fmi2Error;                                                                   \
-      value[k] = (T)p->value[vr[k] - p->reference];                                               \
+      value[k] = (T)fmi_read(i, p, vr[k] - p->reference, &s);                                     \
     }                                                                                             \
-    return fmi2OK;                                                                                \
+    return (fmi2Status)s;                                                                         \
   }
 #define SET(name, T, types)                                                                             \
   fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const T value[]) { \

@@ -155,12 +155,13 @@ static fmi_status check_count(const instance *i, const fmi_call *call, const fmi
     NEED(Get##name, values, count, "values");                                                                   \
     if (fmi_fresh(i) || check_count(i, TABLE + CALL_Get##name, vr, n, types, (types) == REAL, count))           \
       return fmi3Error;                                                                                         \
+    fmi_status s = FMI_OK;                                                                                      \
     for (size_t k = 0; k < n; k++) {                                                                            \
       const hyst_port *p = fmi_found(i, vr[k]);                                                                 \
       if (!p) *values++ = (T)i->run.clock;                                                                      \
-      for (int64_t e = 0; p && e < p->size; e++) *values++ = (T)p->value[e];                                    \
+      for (int64_t e = 0; p && e < p->size; e++) *values++ = (T)fmi_read(i, p, e, &s);                          \
     }                                                                                                           \
-    return fmi3OK;                                                                                              \
+    return (fmi3Status)s;                                                                                       \
   }
 #define SET(name, T, types)                                                                                           \
   fmi3Status fmi3Set##name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const T values[], size_t count) { \

@@ -280,18 +280,6 @@ def write_text(path: str | Path, content: str) -> None:
     write_bytes(path, content.encode())
 
 
-def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
-    """Read a TOML file and validate it against the pydantic model `kind`.
-
-    Raises
-    ------
-    InputError
-        The file is invalid. The message is one line; for every error, it states the file, the key, the rule and the
-        value.
-    """
-    return check(load_toml(path, most), kind, path)
-
-
 def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     """Return the tables of a TOML file without validation of the keys.
 
@@ -362,19 +350,49 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
     Raises
     ------
     InputError
-        The data are invalid; the message has the form of `read_toml`.
+        The data are invalid; the message is one line; for every error, it states the file, the key, the rule and the
+        value.
     """
     import pydantic
 
     try:
         return kind.model_validate(data)
     except pydantic.ValidationError as e:
-        raise InputError(_faults(e, kind, path)) from None
+        raise InputError(_faults(_joined(e.errors(include_url=False), data), kind, path)) from None
 
 
-def _faults(e: "pydantic.ValidationError", kind: type[M], path: str | Path | Callable[[Key], Path]) -> str:
+def _joined(errors: list[Any], data: Any) -> list[Any]:
+    """Return the errors of a validation, one for each wrong value.
+
+    pydantic reports an error for each type that a value may have, with the name of the type as an additional part of
+    the key. Keys of the file contain no such parts.
+    """
+    found: dict[Key, list[Any]] = {}
+    for error in errors:
+        at: Any = data
+        place: list[str | int] = []
+        for part in error["loc"]:
+            inside = part in at if isinstance(at, dict) else isinstance(at, list) and part in range(len(at))
+            if inside:
+                at = at[part]
+            if inside or error["type"] == "missing":
+                place.append(part)
+        found.setdefault(tuple(place), []).append(error)
+    typed = {place for place, several in found.items() if several[0]["loc"] != place}
+    inner = [place for place in found if not any(len(p) > len(place) and p[: len(place)] == place for p in typed)]
+    return [found[p][0] if p not in typed else _of_types(found[p], p) for p in inner]
+
+
+def _of_types(several: list[Any], place: Key) -> Any:
+    """Return one error for a value that has none of several types."""
+    types = dict.fromkeys(error["msg"].removeprefix("Input should be ") for error in several)
+    rule = " or ".join(types).replace(" or a valid ", " or ")
+    return several[0] | {"loc": place, "msg": f"Input should be {rule}"}
+
+
+def _faults(errors: list[Any], kind: type[M], path: str | Path | Callable[[Key], Path]) -> str:
     """Return all errors of a validation as one line with file, key, rule and value; unknown keys come first."""
-    errors = sorted(e.errors(include_url=False), key=lambda error: error["type"] != "extra_forbidden")
+    errors = sorted(errors, key=lambda error: error["type"] != "extra_forbidden")
     lacking = {error["loc"] for error in errors if error["type"] == "missing"}
     parts: list[str] = []
     file = None

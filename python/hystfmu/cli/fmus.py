@@ -361,6 +361,9 @@ def simulate(
 
     with progress("simulating") as report:
         ran = run_ssp(file, engine, coupling, progress=report, **how)
+    if ran.ignored:
+        named = ", ".join(ran.ignored)[:200]
+        echo(f"warning: {file}: These parameters have no effect, because no variable has their name: {named}", err=True)
     (say if ran.passed else echo)("\n".join(ran.lines()))
     answer(ran.summary(), ran.passed)
 

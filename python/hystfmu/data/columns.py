@@ -143,12 +143,16 @@ def line_of(where: str, lines: Sequence[int], row: int) -> str:
     return f"{where}: line {lines[row]}"
 
 
+SCPI_INFINITY = 9.9e37  # SCPI 1999, 7.2.1: this number means infinity, 9.91e37 not a number
+
+
 def check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
-    """Refuse a column (n,) with values that are not finite."""
-    bad = ~np.isfinite(column)
+    """Refuse a column (n,) with values that are not finite, or that SCPI instruments write for such values."""
+    bad = ~(np.abs(column) < SCPI_INFINITY)
     if bad.any():
         n = int(np.argmax(bad))
-        raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead.")
+        code = ", which instruments write for an overload or a missing value" if np.isfinite(column[n]) else ""
+        raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead{code}.")
 
 
 STEP_TOLERANCE = 1e-6  # permitted deviation of a step, relative to the step

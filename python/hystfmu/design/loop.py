@@ -18,15 +18,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, InputError, checked
+from hystfmu.base import Array, Complex, InputError, checked
 from hystfmu.design.delays import StateSpace, shift_registers
 from hystfmu.design.linear import feedthrough, python_control, to_control
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
-Complex = NDArray[np.complex128]
 POINTS = 4000  # number of frequencies in the four decades below half the sampling frequency
 PER_LINE = 40  # number of points for each harmonic of a memory of one period
 HALVINGS = 36  # number of bisection steps in an interval of the grid, close to the rounding error

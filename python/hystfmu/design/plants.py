@@ -16,11 +16,9 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Complex
 
-Complex = NDArray[np.complex128]
 UNSEEN_ZETA = 0.01  # damping ratio of a resonance that the record did not excite
 # fraction of the static gain in this resonance if a mode is identified; otherwise the fraction is 1
 UNSEEN_SHARE = 0.05

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import Array, Mask
+from hystfmu.base import Array, Complex, Mask
 from hystfmu.design.loop import Margins, margins_of
-from hystfmu.design.plants import Complex, PlantSet
+from hystfmu.design.plants import PlantSet
 from hystfmu.design.structures import STRUCTURES, Design, Structure
 
 MS_DB, SET_MS_DB = 6.0, 12.0

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import Array, InputError
-from hystfmu.design.loop import Complex, response
+from hystfmu.base import Array, Complex, InputError
+from hystfmu.design.loop import response
 from hystfmu.graph import Graph, Input, Node, Output
 
 POINTS = 4096  # number of points of the discrete Fourier transform

@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base import Array, Indices, InputError, checked
+from hystfmu.base import Array, Complex, Indices, InputError, checked
 from hystfmu.core.library import block_types
 from hystfmu.design.linear import linearise
 from hystfmu.graph import Graph, Node
@@ -38,7 +37,7 @@ class DescribingFunction:
     """
 
     amplitude: Array
-    N: NDArray[np.complex128]
+    N: Complex
     distortion: Array
 
     @property

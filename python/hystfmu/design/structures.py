@@ -24,10 +24,10 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import InputError
+from hystfmu.base import Complex, InputError
 from hystfmu.design.delays import StateSpace
 from hystfmu.design.linear import in_series, python_control
-from hystfmu.design.plants import Complex, Plant
+from hystfmu.design.plants import Plant
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.recursion import discretised
 

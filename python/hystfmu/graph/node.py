@@ -299,7 +299,7 @@ class Node:
             raise InputError(
                 f"The '{v.name}' parameter of {self.name} must be {v.interval}. Got too large an integer instead."
             ) from None
-        if array.size == 1 and size != 1:
+        if array.size == 1 and size != 1 and not isinstance(value, list):  # in a list other values may be missing
             array = np.broadcast_to(array, (size,))
         if array.size != size:
             raise InputError(

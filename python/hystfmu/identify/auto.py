@@ -31,16 +31,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hystfmu.base.arrays import Progress, silent
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Candidate, candidates, method, too_large
 from hystfmu.identify.cuts import shortened
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import EXACT, LOSER, Race
-from hystfmu.identify.trial import Trial
+from hystfmu.identify.race import EXACT, LOSER, Race, Trial
 from hystfmu.model import Model, rms
 
 # the data show rate dependence if the error of the best other kind exceeds CLEARLY times the error of the best

@@ -23,9 +23,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hystfmu.base.arrays import Array
+from hystfmu.base import Array, Indices, Mask
 from hystfmu.data import Dataset
 from hystfmu.data.columns import Covariates
 from hystfmu.data.reversals import noise, reversals
@@ -48,7 +47,7 @@ CENTRED = 0.2  # distance of the first input from the middle, in half ranges, up
 SWUNG = 0.9  # amplitude of a full swing, peak to peak, relative to the range
 
 
-def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> NDArray[np.bool_]:
+def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> Mask:
     """Return a mask (n,) that is True at the rows of an input u (n,) that belong to a validation block.
 
     The input is cut into at most `blocks` blocks. In each group of `EVERY` consecutive blocks, block number `which`,
@@ -64,7 +63,7 @@ def validation_rows(u: Array, which: int = EVERY - 1, blocks: int = BLOCKS) -> N
     return np.asarray(block % EVERY == which)
 
 
-def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def without_outermost(u: Array, held: Mask) -> Mask:
     """Remove from the validation rows (n,) the blocks with the outermost loop, unless no validation row would remain.
 
     A block contains the outermost loop if u in this block is above its maximum, or below its minimum, on the rows
@@ -77,7 +76,7 @@ def without_outermost(u: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return left if left.any() else held
 
 
-def fitted_and_held(data: Dataset, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+def fitted_and_held(data: Dataset, most: int) -> tuple[Indices, Indices, Indices]:
     """Return three arrays of row numbers: all training rows without held-out rows, fitted rows, and validation rows.
 
     The training rows are thinned evenly to at most `most` rows. Each of them is either a fitted row or a validation
@@ -215,7 +214,7 @@ def _way(last: float, first: float, lo: float, hi: float, step: float) -> Array:
     return np.concatenate([ramp, swing, np.full(SETTLE, first)])
 
 
-def _leaning(u: Array, lo: float, hi: float) -> NDArray[np.bool_]:
+def _leaning(u: Array, lo: float, hi: float) -> Mask:
     """Return a mask (n,) of the rows before the first full swing of u (n,), if u begins near an end of its range.
 
     `lo` and `hi` are the ends of the range. The mask is False everywhere if u begins near the middle of the range, or

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hystfmu.base.arrays import Progress
-from hystfmu.base.errors import InputError
+from hystfmu.base import InputError, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph
 from hystfmu.identify.catalogue import AUTO, METHODS, Built, method, resolve

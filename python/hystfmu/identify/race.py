@@ -21,11 +21,11 @@ the components of this fit. In one oscillation, creep can also imitate a part of
 model without creep is a candidate of its own.
 """
 
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass, field
 
-from hystfmu.base.arrays import Array, Progress, silent
-from hystfmu.base.errors import InputError
+import numpy as np
+
+from hystfmu.base import Array, Indices, InputError, Mask, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.data.reversals import noise
 from hystfmu.identify.catalogue import STRUCTURE, Candidate, Options
@@ -33,8 +33,65 @@ from hystfmu.identify.cuts import beginning, validation_rows, without_outermost
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.features.other_memory import other_memory, unseen
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.trial import Trial
 from hystfmu.model import Model, guards, rms, run_along, with_starts
+
+
+@dataclass
+class Trial:
+    """A candidate and the results of its fits so far.
+
+    `model` is the fit without the first fold. `errors` (m,) contains the errors on the rows of all folds so far, and
+    `by_block` contains the RMS error on each block. `others` contains one output (n,) for each fit, for an input with
+    another memory. `leaves` is whether the first of these outputs leaves the range of the record by more than the span.
+    `first` is the mean square error on the first fold. `outside` is the share of the states of other signals that have
+    no near training row. `whole` is the RMS error of `model` over all training rows. It is used because a large error
+    on fitted rows is also an error of the candidate, for example in a sweep at the end of a record, which no block
+    contains. `complete` is the fit to all rows of a candidate that chooses its components, otherwise None.
+    """
+
+    name: str
+    key: str
+    candidate: Candidate
+    model: Model
+    errors: Array
+    outside: float
+    others: list[Array]
+    leaves: bool = False
+    folds: int = 1
+    by_block: list[float] = field(default_factory=list)
+    whole: float = 0.0
+    complete: Model | None = None
+    first: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.first = self.square
+
+    @property
+    def options(self) -> Options:
+        """Options of the fits to the rows outside a fold; they keep the components of `complete`."""
+        fixed = {} if self.complete is None else self.complete.fit[STRUCTURE]
+        return {**self.candidate.options, **fixed}
+
+    @property
+    def square(self) -> float:
+        """Mean square error on the rows of all folds so far, or on all training rows if this value is larger."""
+        return max(float(np.mean(self.errors**2)), self.whole**2)
+
+    @property
+    def parameters(self) -> int:
+        """Number of fitted parameters."""
+        return int(self.model.fit["parameters"])
+
+    @property
+    def spread(self) -> float:
+        """RMS of the standard error of the output for an input with another memory; 0 if there is only one fit."""
+        n = len(self.others)
+        if n < 2:
+            return 0.0
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = (n - 1) ** 0.5 * rms(np.array(self.others) - np.mean(self.others, axis=0))
+        return found if np.isfinite(found) else np.inf
+
 
 BLOCKS = 8  # maximum number of blocks; if a record repeats its loops, the neighbours of short blocks contain them
 SPREAD = 2  # number of folds that gives a standard error
@@ -60,17 +117,17 @@ class Race:
         self.data, self.seed, self.poor = data, seed, poor
         self.trials: dict[str, Trial] = {}
         self.reasons: dict[str, str] = {}
-        self._held: dict[int, tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]] = {}
+        self._held: dict[int, tuple[Dataset, Indices, Indices]] = {}
         self.sigma, self.unseen, self.rest = noise(data.y[data.train]), unseen(data), rest(data)
         u = self.data.longest().u
         self.other: Array = other_memory(u[self.data.longest().train], float(self.data.u[0]))
         kept = [self.data.u[self.held(fold)[0].counted] for fold in FOLDS]
         lo, hi = max(v.min() for v in kept), min(v.max() for v in kept)
         # outside the range of the rows of a fold, a fit extrapolates, but the fit to all rows does not
-        self.inside: NDArray[np.bool_] = (self.other >= lo) & (self.other <= hi)
+        self.inside: Mask = (self.other >= lo) & (self.other <= hi)
         self._median: tuple[dict[str, float], Array] = {}, np.zeros(1)  # of the candidates with these weights
 
-    def held(self, fold: int) -> tuple[Dataset, NDArray[np.intp], NDArray[np.intp]]:
+    def held(self, fold: int) -> tuple[Dataset, Indices, Indices]:
         """Return the data without the blocks of a fold, the rows of these blocks, and the block number of each row.
 
         Rows of the blocks whose input is outside the range of the remaining rows are omitted.
@@ -282,12 +339,19 @@ class Race:
         return np.asarray(model.graph.run(with_starts(model.graph, self.other), self.data.h)).reshape(-1)
 
     def as_good(self, trial: Trial, best: Trial) -> bool:
-        """Return whether a candidate is as good as `best`, or noise can explain the difference between their errors."""
-        if self.risk(trial) <= AS_GOOD * max(self.risk(best), EXACT):
+        """Return whether a candidate is as good as `best`, or noise can explain the difference between their errors.
+
+        On a poor record, a clearly larger error on the blocks is never as good: the distance from the median is no
+        standard error, and a wrong candidate near the other wrong ones can have the smaller distance.
+        """
+        similar = self.risk(trial) <= AS_GOOD * max(self.risk(best), EXACT)
+        if similar and not (self.poor and self.excess(trial) > LOSER * max(self.excess(best), EXACT)):
             return True
         if trial.outside > best.outside or len(trial.errors) != len(best.errors):
             return False
-        worse = trial.square - best.square + self.uncertainty(trial) ** 2 - self.uncertainty(best) ** 2
+        worse = trial.square - best.square
+        if not self.poor:
+            worse += self.uncertainty(trial) ** 2 - self.uncertainty(best) ** 2
         by_noise = 2 * self.sigma * float(np.sqrt(np.mean((trial.errors - best.errors) ** 2) / len(best.errors)))
         return worse <= SURE * by_noise
 

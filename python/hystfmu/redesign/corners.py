@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import Array, InputError
-from hystfmu.design.loop import Complex, beside
+from hystfmu.base import Array, Complex, InputError
+from hystfmu.design.loop import beside
 from hystfmu.design.plants import Plant, PlantSet
 from hystfmu.design.race import Aim
 from hystfmu.design.structures import Design

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hystfmu.base import Array, InputError
-from hystfmu.design.loop import Complex, beside, grid
+from hystfmu.base import Array, Complex, InputError
+from hystfmu.design.loop import beside, grid
 from hystfmu.design.repetitive import RepetitiveFilters, filter_angles, learning_filters, taps_at, zero_phase_at
 from hystfmu.face.scenario import Scenario
 from hystfmu.redesign.corners import Corner, Roles, corners, first_loop, reference_of, roles

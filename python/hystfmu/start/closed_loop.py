@@ -113,10 +113,15 @@ class ClosedLoop:
 
     @property
     def feedback(self) -> str:
-        """``full``, ``slow`` or ``none``. ``slow`` means a bandwidth far below the frequency band of the record."""
+        """``full``, ``slow`` or ``none``.
+
+        ``slow`` means that no mode is known, and that the bandwidth is far below the coherent band or that there is no
+        such band.
+        """
         if self.tuned is None:
             return "none"
-        return "full" if self.tuned.bandwidth >= SLOW * self.device.band or self.device.plant.f_n else "slow"
+        seen = self.device.plant.f_n or self.tuned.bandwidth >= SLOW * self.device.band > 0
+        return "full" if seen else "slow"
 
 
 def close(

@@ -162,13 +162,17 @@ def _dynamics(model: Model, evidence: Evidence) -> tuple[Plant, Errors, list[str
     )
     errors = tuple((m.f_n_se, m.zeta_se, m.share_se) for m in modes)
     top = described_to(evidence, plant)
+    bent = top < evidence.band[1]
     if modes:
-        return plant, errors, [f"the record gives no information about the device above {top:.4g} Hz"]
+        beyond = ", ".join(f"{f:.4g}" for f in plant.f_n if f > top)
+        note = f"the record gives no information about the device above {top:.4g} Hz"
+        note += f", except for its modes at {beyond} Hz" if beyond else ""
+        above = f"above {top:.4g} Hz the modes that the record determines do not describe its response"
+        return plant, errors, [above if bent else note]
     seen = "the record does not show the dynamics of the device at any frequency"
     if top:
-        seen = f"the record shows no resonance up to {top:.4g} Hz, and gives no information above this frequency"
-        if top < evidence.band[1]:
-            seen = f"above {top:.4g} Hz the modes that the record determines do not describe its response"
+        above = "determines no mode above, where its response is not flat" if bent else "gives no information above"
+        seen = f"the record shows no resonance up to {top:.4g} Hz, and {above}"
     fitted = [n for n in (split(model) or Parts(model, ())).tail if n.type == DYNAMICS]
     return plant, errors, [seen, *(["the record does not confirm the dynamics of the fit"] * bool(fitted))]
 

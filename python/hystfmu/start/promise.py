@@ -2,9 +2,10 @@
 
 The simulated error includes the error of the model on the record and the sensor noise. The expected error also includes
 the effect of uncertain modes and delay: the feed-forward then causes an error at every harmonic of the reference, and
-the feedback reduces this error. A record says nothing about the device above its coherent band: there, the error is as
-large as the reference itself, which matters for a reference with corners. A record with only one kind of signal gives
-no information about other signals. A model that does not reproduce its record gives no information about the device.
+the feedback reduces this error. A record says nothing about the device above its coherent band and its modes: there,
+the error is as large as the reference itself, which matters for a reference with corners. A record with only one kind
+of signal gives no information about other signals. A model that does not reproduce its record gives no information
+about the device.
 
 In the simulation, the model error is a sum of sines. It has the spectrum of the residual of the record, without the
 white sensor noise. The frequencies of this spectrum are relative to the mean cycle frequency of the record, because
@@ -167,7 +168,8 @@ def promises(
         in_percent = 100 / (2 * t.amplitude)
         run = values[t.name] * tried[0].amplitude / t.amplitude
         why = unknown(found, t, data, model, fault)
-        left = 0.0 if why else _left(found, plants, aim, tuned, t) + t.beyond(found.band, found.h)
+        top = max(found.band, *found.plant.f_n, 0.0)  # up to a mode, the modes describe the response
+        left = 0.0 if why else _left(found, plants, aim, tuned, t) + t.beyond(top, found.h)
         expected = None if why else float(np.hypot(run, np.sqrt(left) * in_percent))
         bound = None if expected is None else max(BOUND * expected, LEAST * found.noise * in_percent)
         made.append(

@@ -70,6 +70,8 @@ class Tried:
 def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
     """Return the references for the test of a loop, by default `DEFAULT` with the mean cycle frequency of the record.
 
+    References without jumps are first, because the first reference also tests the loop with other devices.
+
     Raises
     ------
     InputError
@@ -80,7 +82,7 @@ def references(found: Device, wanted: Sequence[Wanted]) -> tuple[Tried, ...]:
         t = _tried(found, w)
         same = sum(m.shape == t.shape for m in made)
         made.append(replace(t, name=f"{t.name}_{same + 1}") if same else t)
-    return tuple(made)
+    return tuple(sorted(made, key=lambda t: t.jumps))
 
 
 def _tried(found: Device, wanted: Wanted) -> Tried:

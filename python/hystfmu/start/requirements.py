@@ -158,14 +158,14 @@ class Requirements:
     def wanted(self) -> tuple[Wanted, ...]:
         """Required references of the loop.
 
-        A step is added if settling time or overshoot is limited but no reference has steps. A sine is added if the
-        error is limited but all references have steps.
+        A step is added if settling time or overshoot is limited but no reference has steps. A sine is added if all
+        references have steps: an error that the jump itself causes would hide the oscillation of a loop.
         """
         kinds = {w.shape in JUMPS for w in self.reference}
         missing = []
         if self.reference and (self.settling or self.overshoot) and True not in kinds:
             missing.append(Wanted("step"))
-        if self.reference and self.error and False not in kinds:
+        if self.reference and False not in kinds:
             missing.append(Wanted("sine"))
         return (*self.reference, *missing)
 

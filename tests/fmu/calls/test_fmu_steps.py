@@ -177,6 +177,26 @@ def test_a_sample_that_a_block_refuses_is_an_error(make: Make) -> None:
         assert TOO_LONG in m.messages[0][2]
 
 
+def test_an_overflow_is_an_error(make: Make) -> None:
+    """A value that is not finite is not passed on as if it were one; a state saved before brings the unit back."""
+    m, late = make(single("backlash_sum")), make(single("backlash_sum"))
+    m.initialize()
+    assert m.step(0.0) == OK
+    before = m.save()
+    for each in (m, late):
+        assert each.set("w0", 1e10) == OK
+        assert each.set("u", 1e300) == OK
+    assert m.step(H) == ERROR
+    assert m.messages.pop()[2].startswith(f"'y' is infinite at t = {2 * H:g} s.")
+    assert late.enter() == OK
+    for each in (m, late):
+        assert each._access("Get", "y", None)[0] == DISCARD
+        assert each.messages.pop()[2].startswith("'y' is infinite at t = ")
+    assert m.restore(before) == OK
+    assert m.step(H) == OK
+    assert math.isfinite(m.get("y"))
+
+
 # ---- inputs without a value -----------------------------------------------------------------------------------------
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_a_step_waits_for_every_input(make: Make, bad: float) -> None:

@@ -315,6 +315,16 @@ def test_as_good_within_a_fifth(race):
     assert race.as_good(trial(error=0.0031e-2 * SPAN), exact) is False
 
 
+@pytest.mark.parametrize(("factor", "good"), [(1.49, True), (1.51, False)])
+def test_a_clearly_larger_error_on_a_poor_record_is_not_as_good(race, factor, good):
+    unsure = [np.zeros(4), np.full(4, 0.1 * SPAN)]  # about 5 % of the span, beside which both errors are small
+    best, other = trial("best", others=unsure), trial("other", factor * E4, others=unsure)
+    race.trials = {"best": best}
+    assert race.as_good(other, best) is True
+    race.poor = True
+    assert race.as_good(other, best) is good
+
+
 def test_as_good_if_the_noise_explains_the_difference(race):
     race.sigma = 1.0
     rng = np.random.default_rng(3)

@@ -6,7 +6,7 @@ import numpy as np
 
 from hystfmu import Dataset
 from hystfmu.identify.catalogue import ANY, Candidate
-from hystfmu.identify.trial import Trial
+from hystfmu.identify.race import Trial
 
 U = np.interp(np.arange(400), 10 * np.arange(41), np.random.default_rng(2).uniform(-1, 1, 41))
 DATA = Dataset.from_signal(U, 10 * U, 1e-3)

@@ -11,9 +11,8 @@ from hystfmu import Dataset, InputError, fit
 from hystfmu.graph import Graph, Node
 from hystfmu.identify.catalogue import covariate_inputs
 from hystfmu.identify.cuts import validation_rows
-from hystfmu.identify.estimate import dynamics, weighted
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, unknown
-from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
+from hystfmu.identify.estimate import dynamics
+from hystfmu.identify.estimate.dynamics import Dynamics, Weighted, bounds, search, uncertainty, unknown
 from hystfmu.identify.evidence import Mode
 from hystfmu.identify.features import bent_sum, other_memory, plays
 from hystfmu.identify.features.bent_sum import BentSum, Problem
@@ -62,9 +61,9 @@ def test_the_modes_that_a_record_shows_are_starts_alone_and_together(monkeypatch
 
     def starts(modes, delay_se=1.0, data=DATA):
         shown = SimpleNamespace(modes=modes, delay=0.002, delay_se=delay_se)
-        monkeypatch.setattr(weighted, "evidence", lambda data: asked.append(data) or shown)
-        monkeypatch.setattr(weighted, "_SHOWN", {})
-        return [weighted._modes(data) for _ in range(2)][1]
+        monkeypatch.setattr(dynamics, "evidence", lambda data: asked.append(data) or shown)
+        monkeypatch.setattr(dynamics, "_SHOWN", {})
+        return [dynamics._modes(data) for _ in range(2)][1]
 
     assert starts(()) == []
     assert starts((slow,)) == [Dynamics(100.0, 0.1, 0.002)]

@@ -6,6 +6,7 @@ are read through methods that pandas, polars and pyarrow have in common.
 
 import importlib.util
 import json
+import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -63,15 +64,26 @@ def table_of(
     if len(places) > MOST_COLUMNS:
         raise InputError(f"{path}: The file must have at most {MOST_COLUMNS} columns. Got {len(places)} instead.")
     columns = tuple(p.column for p in places)
-    step, left = 0.0, []
+    steps: dict[str, float] = {}  # the key is the group or array to which a step belongs
+    left = []
     for a in (a for a, n, _ in sized if n <= 1):
         stated = 0.0
         if a.shape in ((), (1,), (1, 1)) and stated_step(a.name, 1.0, a.unit):
             stated = stated_step(a.name, float(np.asarray(read(a.name)).reshape(-1)[0]), a.unit)
-        step = step or stated
-        left += [] if stated or "@" in a.name else [a.name]  # names with @ are attributes
+        if stated:
+            steps.setdefault(re.sub(r"[/@]?[^/@]*$", "", a.name), stated)
+        elif "@" not in a.name:  # names with @ are attributes
+            left.append(a.name)
     assumed = (*([kind] if kind else []), *([f"left out {', '.join(left)[:80]}"] if left else []))
-    return Table(str(path), columns, "", assumed, Arrays(path, places, read, most), None, step)
+    own = tuple(_own_step(steps, p.array.name) for p in places)
+    step = next(iter(steps.values()), 0.0)
+    return Table(str(path), columns, "", assumed, Arrays(path, places, read, most), None, step, own)
+
+
+def _own_step(steps: Mapping[str, float], name: str) -> float:
+    """Return the time step of the array `name`, or of the innermost group that contains it; 0 if none is stated."""
+    inside = (group for group in steps if not group or f"{name}/".startswith(f"{group}/"))
+    return steps.get(max(inside, key=len, default=name), 0.0)
 
 
 @dataclass(frozen=True)

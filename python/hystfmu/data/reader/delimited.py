@@ -271,7 +271,8 @@ def text_of(content: bytes, path: str | Path) -> tuple[str, list[str]]:
         except UnicodeDecodeError:
             line = content.count(b"\n", 0, e.start) + 1
             raise InputError(
-                f"{path}: line {line}: The file must be text. Got the byte 0x{content[e.start]:02x}."
+                f"{path}: line {line}: The file must be text in UTF-8, UTF-16 or cp1252. "
+                f"Got the byte 0x{content[e.start]:02x}: save the file as UTF-8."
             ) from None
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")

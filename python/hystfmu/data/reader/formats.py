@@ -230,7 +230,7 @@ def matlab(source: str) -> Told:
     """
     from scipy.io import loadmat, whosmat
 
-    loaded = loadmat(source, appendmat=False, mat_dtype=True)
+    loaded = loadmat(source, appendmat=False)
     arrays = {n: a for n, a in loaded.items() if type(a) is np.ndarray and not n.startswith("__")}  # no objects
     found = [_matlab_array(name, a) for name, a in arrays.items() if a.dtype.kind in _NUMBERS]
     if sum(math.prod(f.shape) > 1 for f in found) < 2:

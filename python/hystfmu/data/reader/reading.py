@@ -136,6 +136,7 @@ def read(
     for each in paths:
         table = table_in(each, decimal, most)
         roles = chosen(table, time, input, output, record, rate, covariates)
+        table = table.stepped(roles.order, roles.time is not None or rate is not None)
         timed = [roles.time] if roles.time is not None and table.columns[roles.time].kind != "clock" else []
         numbers = table.source.numbers([*roles.order, *timed])
         records = _records(table, roles, len(numbers))

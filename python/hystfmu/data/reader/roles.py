@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hystfmu.base import InputError
 from hystfmu.data.columns import identifier
-from hystfmu.data.reader.table import DRIVES, KNOWN, LENGTHS, TIME, Column, Table
+from hystfmu.data.reader.table import DRIVES, KNOWN, LENGTHS, TIME, Column, Kind, Table
 
 NAMES = {  # lower-case names for each role, the most typical name first
     "time": (
@@ -135,6 +135,9 @@ def chosen(
             f"{table.where}The {role} must be one of the columns. Got {_listed(table)}, of which none is known as "
             f"{role}: name or number it, e.g. --{role} 2."
         )
+    if output == "" and "output" not in found:  # its numbers may be in a form that the reader does not know
+        unread = _recognised(table, "output", taken, "text")
+        found |= {} if unread is None else {"output": unread}
     by_unit = input == "" and output == "" and "output" in found
     named = any(_last(table.columns[found["input"]]) in names for names in NAMES["input"])
     if by_unit and found["output"] < found["input"] and not named:
@@ -183,9 +186,12 @@ def _named(table: Table, key: str | int | None, role: str) -> int:
     raise InputError(f"{table.where}The columns must include {text!r}. Got {_listed(table)} instead.{hint}")
 
 
-def _recognised(table: Table, role: str, taken: Collection[int | None]) -> int | None:
-    """Return the column of a role, recognised by its name or else by its unit of measure; None if there is none."""
-    fitting = ("number", "text", "clock") if role == "time" else ("number",)
+def _recognised(table: Table, role: str, taken: Collection[int | None], kind: Kind = "number") -> int | None:
+    """Return the column of a role, recognised by its name or else by its unit of measure; None if there is none.
+
+    The cells of the column are of the `kind`, those of a time also text or times of day.
+    """
+    fitting = ("number", "text", "clock") if role == "time" else (kind,)
     free = [(k, c) for k, c in enumerate(table.columns) if k not in taken and c.kind in fitting]
     if role == "time":
         free = [(k, c) for k, c in free if c.unit in TIME or c.unit not in KNOWN]  # not a temperature "T [degC]"

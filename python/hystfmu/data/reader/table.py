@@ -8,10 +8,10 @@ A heading contains a name and a unit of measure, as in ``Zeit [ms]``, ``u (V)``,
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, Protocol
 
-from hystfmu.base import Array
+from hystfmu.base import Array, InputError
 from hystfmu.base.printable import printable
 
 TIME = {  # for each unit of time: counts per second, seconds per count; one of both numbers is 1
@@ -45,7 +45,9 @@ _WORDS = {  # other spellings, in lower case
     "hertz": "Hz",
 }
 _BRACKETS = re.compile(r"(.*?)[\s,_]*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
+_WIDE = str.maketrans("\uff08\uff09\uff3b\uff3d", "()[]")  # full-width brackets of East Asian keyboards
 _BEHIND = re.compile(r"(.*?\S)(\s*/\s*|\s+in\s+|\s*,\s*|_|\s+)([^\s/,_]+)")
+STEPS_AGREE = 1e-6  # permitted relative difference between the time steps of the columns of one record
 _TIMES = ("t", "time", "zeit")  # names that may precede a unit of one letter, as in t_s
 
 
@@ -72,6 +74,7 @@ def split_name(label: str) -> tuple[str, str]:
     a unit of measure only if it is known. Text after an underscore or a blank is a unit of measure if it is known and
     cannot be an index, as in ``u_min``, ``y_m`` or ``Channel A``.
     """
+    label = label.translate(_WIDE)
     if m := _BRACKETS.fullmatch(label):
         unit = m[2] if m[2] is not None else m[3]
         if m[2] is not None or spelling(unit) in KNOWN:
@@ -241,7 +244,8 @@ class Table:
 
     `named_in` is the location of the headings, for messages. `assumed` contains the assumptions of the reader. `lines`
     contains the line number of each row, or is None for files that do not consist of lines. `step` is the time step (s)
-    that the file states outside its columns, or 0.
+    that the file states outside its columns, or 0. `own_steps` contains the time step (s) that the file states for each
+    column alone, or 0; it is empty for files of text.
     """
 
     path: str
@@ -251,6 +255,23 @@ class Table:
     source: Source
     lines: Sequence[int] | None = None
     step: float = 0.0
+    own_steps: tuple[float, ...] = ()
+
+    def stepped(self, order: Sequence[int], timed: bool) -> "Table":
+        """Return the table with the time step of the columns with the indices `order`.
+
+        Raises
+        ------
+        InputError
+            The columns have different time steps, and no column of times (`timed`) replaces them.
+        """
+        own = {k: self.own_steps[k] for k in order if self.own_steps and self.own_steps[k]}
+        if not own:
+            return self
+        if not timed and max(own.values()) > min(own.values()) * (1 + STEPS_AGREE):
+            told = ", ".join(f"{self.title(k)} ({step:.9g} s)" for k, step in own.items())
+            raise InputError(f"{self.where}The columns must have equal time steps. Got {told} instead.")
+        return replace(self, step=next(iter(own.values())))
 
     @property
     def where(self) -> str:

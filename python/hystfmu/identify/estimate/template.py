@@ -22,10 +22,9 @@ from hystfmu.base import Array, Indices, Mask, Progress
 from hystfmu.data import Dataset
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Built, Options, device, wired
-from hystfmu.identify.estimate.dynamics import Dynamics, bounds, told
+from hystfmu.identify.estimate.dynamics import Dynamics, Weighted, bounds, told
+from hystfmu.identify.estimate.dynamics import search as search_dynamics
 from hystfmu.identify.estimate.objective import Linear, Objective, best_of, determined, search
-from hystfmu.identify.estimate.weighted import Weighted
-from hystfmu.identify.estimate.weighted import search as search_dynamics
 from hystfmu.identify.solvers.trust_region import Coordinates, correlation_time, refined, standard_errors
 
 MOST_ROWS = 5000  # maximum number of rows in the first two stages; more rows are thinned evenly after the simulation

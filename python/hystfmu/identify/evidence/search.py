@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hystfmu.base import Array
+from hystfmu.base import Array, Complex
 from hystfmu.identify.evidence.lag import HOLDS
 from hystfmu.identify.evidence.modal_fit import MOST_ZETA, Fitted, fit
 from hystfmu.identify.evidence.problem import Problem, Seen, Structure
-from hystfmu.identify.evidence.spectra import Complex, Response
+from hystfmu.identify.evidence.spectra import Response
 
 SMOOTH = "smooth"  # assumed interpolation of the input between rows, until fits determine it
 GRID = 1200  # number of bins after averaging

@@ -11,13 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
 from scipy.special import betaincinv
 
-from hystfmu.base import Array, Mask
+from hystfmu.base import Array, Complex, Mask
 
-Complex = NDArray[np.complex128]
 CELL, LOCAL = 8, 2  # number of bins and number of complex coefficients of the response in a cell
 ALPHA, SURE = 0.01, 1e-5  # false-alarm probability of a coherent point, and of a coherent point after a gap in the band
 POINTS = 150  # maximum number of points of the frequency response

@@ -17,8 +17,7 @@ from hystfmu.data.reversals import noise
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.catalogue import Options, covariate_inputs, device, scaled_input, wired
 from hystfmu.identify.cuts import fitted_and_held
-from hystfmu.identify.estimate.dynamics import Dynamics
-from hystfmu.identify.estimate.weighted import Weighted, search
+from hystfmu.identify.estimate.dynamics import Dynamics, Weighted, search
 from hystfmu.identify.features import bent_sum
 from hystfmu.identify.features.bent_sum import BentSum, Filter, Following, Problem
 from hystfmu.identify.features.plays import thresholds, u0_of, with_plays

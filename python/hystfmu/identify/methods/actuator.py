@@ -28,8 +28,7 @@ import numpy as np
 from hystfmu.base import Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import ANY, STRUCTURE, Built, Candidate, Memory, Option, Options, Row
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told
-from hystfmu.identify.estimate.weighted import uncertainty
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told, uncertainty
 from hystfmu.identify.features.bent_chain import PLAYS, RELAYS, STOPS, Fitting, Parts, Trial, chain
 from hystfmu.identify.features.bent_sum import LEVELS, Following
 from hystfmu.identify.features.plays import u0_option

@@ -44,8 +44,7 @@ from hystfmu.identify.catalogue import (
     scaled_input,
     wired,
 )
-from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, told
-from hystfmu.identify.estimate.weighted import Weighted, search, uncertainty
+from hystfmu.identify.estimate.dynamics import DYNAMICS_OPTIONS, Weighted, search, told, uncertainty
 from hystfmu.identify.features.plays import thresholds, u0_of, u0_option, with_plays
 from hystfmu.identify.solvers.nonnegative import nonnegative
 

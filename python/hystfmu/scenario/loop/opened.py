@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from hystfmu.base import Array, InputError
+from hystfmu.base import Array, Complex, InputError
 from hystfmu.design.delays import StateSpace, close
 from hystfmu.design.linear import NO_STATES, python_control
-from hystfmu.design.loop import Complex, Margins, beside, grid, least, margins_of, on_grid, response_of
+from hystfmu.design.loop import Margins, beside, grid, least, margins_of, on_grid, response_of
 from hystfmu.design.repetitive import PeriodMemory
 from hystfmu.scenario.loop.plant import PlantSide, held, slopes_of
 from hystfmu.scenario.system.system import Link, System

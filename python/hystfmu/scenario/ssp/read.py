@@ -46,13 +46,15 @@ TOLERANCE = 1e-9  # allowed difference over the largest value of a signal, becau
 class Ssp:
     """The case of an archive, and its reference result (first column `t`, one column for each signal) or None.
 
-    `open_ends` contains the connections whose units of measure the FMUs state, see `connections`.
+    `open_ends` contains the connections whose units of measure the FMUs state, see `connections`. `ignored` contains
+    the names in parameter sets that no variable has; the schema of SSP states that they have no effect.
     """
 
     case: Case
     signals: tuple[str, ...]
     reference: Array | None
     open_ends: Mapping[str, tuple[Measure, Measure]]
+    ignored: tuple[str, ...]
 
 
 def read_ssp(path: str | Path, step: float | None = None, stop: float | None = None) -> Ssp:
@@ -69,7 +71,7 @@ def read_ssp(path: str | Path, step: float | None = None, stop: float | None = N
         raise InputError(f"{path}: SystemStructure.ssd: must begin with SystemStructureDescription; got {root.tag}")
     reader = _Reader(Path(path), folder, root)
     case = reader.case(step, stop)
-    return Ssp(case, *_reference(folder / REFERENCE), reader.open_ends)
+    return Ssp(case, *_reference(folder / REFERENCE), reader.open_ends, tuple(reader.ignored))
 
 
 class _Reader:
@@ -79,6 +81,7 @@ class _Reader:
         if system is None:
             raise self._wrong("has no System")
         self._system = system
+        self.ignored: list[str] = []
 
     def _wrong(self, text: str) -> InputError:
         return InputError(f"{self._path}: SystemStructure.ssd: {text}")
@@ -169,6 +172,7 @@ class _Reader:
             units[name] = UnitSpec.model_validate({"fmu": place, "inputs": constants, "set": values})
         if not units:
             raise self._wrong("has no components")
+        self.ignored += [k for k in shared if k.partition(".")[0] not in units]
         return units
 
     def _place(self, name: str, source: str) -> str:
@@ -186,8 +190,10 @@ class _Reader:
             return {}, {}
         foreign = Foreign.load(self._folder / place)
         own = {v.name: unit_of(v) for v in foreign.description.modelVariables}
+        self.ignored += [f"{name}.{k}" for k in given if k not in own]
+        given = {k: v for k, v in given.items() if k in own}
         for k, (_, unit) in given.items():
-            if not {unit, own.get(k, "")} & {"", "1"} and unit != own[k]:
+            if not {unit, own[k]} & {"", "1"} and unit != own[k]:
                 raise self._wrong(
                     f"{name}: {k} is given in {unit} and is in {own[k]} in the FMU: units of measure are not converted"
                 )
@@ -277,6 +283,7 @@ class SspRun:
     outputs: int
     compared: tuple[str, ...]  # signals that were compared with the reference result
     faults: tuple[str, ...]  # one line for each signal that differs, or the reason why the run stopped
+    ignored: tuple[str, ...]  # names in parameter sets that no variable has
 
     @property
     def passed(self) -> bool:
@@ -295,7 +302,7 @@ class SspRun:
     def summary(self) -> dict[str, Any]:
         """Return the results of the run as JSON types."""
         facts = {"file": str(self.path), "passed": self.passed, "rows": self.rows, "outputs": self.outputs}
-        return facts | {"compared": list(self.compared), "faults": list(self.faults)}
+        return facts | {"compared": list(self.compared), "faults": list(self.faults), "ignored": list(self.ignored)}
 
 
 def _prepared(
@@ -400,6 +407,6 @@ def run_ssp(
                     add(chunk)
                 progress((chunk.first + len(chunk.t)) / (system.n_steps + 1))
     except Stopped as e:
-        return SspRun(path, 0, 0, (), (f"{path}: stopped: {e}",))
+        return SspRun(path, 0, 0, (), (f"{path}: stopped: {e}",), ssp.ignored)
     compared, lines = _held_against(path, case, ssp.signals, reference, begin.trace())
-    return SspRun(path, system.n_steps + 1, len(system.columns), compared, lines)
+    return SspRun(path, system.n_steps + 1, len(system.columns), compared, lines, ssp.ignored)

@@ -262,7 +262,7 @@ class Cases:
         if not math.isfinite(steps) or abs(steps - round(steps)) > 1e-6 * steps or steps < 1:
             raise InputError(f"{where}: stop: must be a multiple of the step {case.step:g} s; got {case.stop:g}")
         if steps * case.ripple > MOST_STEPS:
-            raise InputError(f"{where}: stop: at most {MOST_STEPS} fine steps; got {steps * case.ripple:.0f}")
+            raise InputError(f"{where}: stop: at most {MOST_STEPS} fine steps; got {steps * case.ripple:.9g}")
         for name, m in case.metrics.items():
             if m.after >= case.stop:
                 raise InputError(f"{where}: metrics.{name}.after: must be below stop {case.stop:g} s; got {m.after:g}")

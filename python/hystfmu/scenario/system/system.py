@@ -274,6 +274,8 @@ def build(case: Case) -> System:
                 if unit == name and key not in overridden and parameter in parameter_names(graph):
                     graph = with_values(graph, {parameter: value})
                     overridden.add(key)
+            if not isinstance(graph, Foreign):
+                graph.executor()  # refuses parameters that do not fit together
         except InputError as e:
             message = str(e)
             raise InputError(message if message.startswith(case.origin) else f"{where}: {message}") from None
