@@ -326,6 +326,8 @@ def test_a_parameter_outside_its_type_is_damage(write: Any, tmp_path: Path) -> N
     head, reference, tail = re.split(r"i (\d+) 1 7\b", file.read_text())
     real = ["7ff8000000000000", "3FF0000000000000"], ["3ff000000000000", "3ff00000000000000", "3ff000000000000g", "1.0"]
     words = {"d": real, "f": real, "?": (["0", "1"], ["2", "-1", "01", "true"])}
+    file.write_text(f"{head}x {reference} 1 7{tail}")  # no type at all
+    assert "is damaged near its byte" in tried(box)[0]
     for letter, kind in ((of, k) for k, of in LETTERS[3].items() if of != "s"):
         low, high = bounds(kind)
         good, bad = words.get(letter, ([low, 0, high], [low - 1, high + 1, f"{high}x", "x", "1.0"]))
