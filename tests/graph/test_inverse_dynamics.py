@@ -112,6 +112,17 @@ def test_three_samples_are_the_feedforward_by_central_differences() -> None:
     assert h**2 * second / 2 == pytest.approx(1 / w**2, rel=1e-3)
 
 
+@pytest.mark.parametrize(("h", "ahead"), [(5.9e-5, 1), (6.5e-5, 2)])
+def test_as_few_steps_ahead_as_an_error_of_a_ten_thousandth_at_50_hertz_allows(h: float, ahead: int) -> None:
+    parts = split(plays(h, "zoh"))
+    assert parts is not None
+    found, taps = dynamic.feedforward(parts, h)
+    z = np.exp(2j * np.pi * 50 * h)
+    ((b, a),) = parts.fractions(h)
+    product = taps @ z ** -np.arange(2.0 * found + 1) * z**found * np.polyval(b, z) / np.polyval(a, z)
+    assert (found, abs(product - 1) <= 1e-4) == (ahead, True)
+
+
 @pytest.mark.parametrize(("h", "samples"), [(1e-4, 200), (4e-3, 20)])
 def test_wanted_outputs_begin_at_rest_and_fill_a_share_of_the_range(h: float, samples: int) -> None:
     model = plays(h, "zoh")
@@ -256,6 +267,11 @@ def test_another_structure_is_refused_by_name() -> None:
     model = hy.Model("bw", Graph.single(Node("h", "bouc_wen")), None, "Bouc-Wen")
     with pytest.raises(InputError, match="Got bouc_wen in bw"):
         model.inverse("adaptive")
+    nodes = [Node(name, "prandtl_ishlinskii", {}, ADAPTED) for name in "ab"] + [Node("both", "sum", {"n": 2})]
+    wires = [("a.y", "both.u[1]"), ("b.y", "both.u[2]")]
+    beside = Graph(nodes, wires, [Input("u", ("a.u", "b.u"))], [Output("y", "both.y")])
+    with pytest.raises(InputError, match="Got sum in beside"):
+        hy.Model("beside", beside).inverse("adaptive")
     limited = actuator(False)
     nodes = [*limited.graph.nodes[:2], replace(limited.graph.nodes[2], values={"gain": 1.0, "hi": 1.0})]
     with pytest.raises(InputError, match="must have no limits"):

@@ -280,18 +280,6 @@ def write_text(path: str | Path, content: str) -> None:
     write_bytes(path, content.encode())
 
 
-def read_toml(path: str | Path, kind: type[M], most: int = MOST_BYTES) -> M:
-    """Read a TOML file and validate it against the pydantic model `kind`.
-
-    Raises
-    ------
-    InputError
-        The file is invalid. The message is one line; for every error, it states the file, the key, the rule and the
-        value.
-    """
-    return check(load_toml(path, most), kind, path)
-
-
 def load_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     """Return the tables of a TOML file without validation of the keys.
 
@@ -362,7 +350,8 @@ def check(data: dict[str, Any], kind: type[M], path: str | Path | Callable[[Key]
     Raises
     ------
     InputError
-        The data are invalid; the message has the form of `read_toml`.
+        The data are invalid; the message is one line; for every error, it states the file, the key, the rule and the
+        value.
     """
     import pydantic
 

@@ -267,11 +267,11 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 
 @contextmanager
-def counter(label: str, what: str = "runs") -> Iterator[Callable[[int, int, float], None]]:
-    """Show a progress bar with numbers of completed runs during the `with` block. `what` is the noun for runs.
+def counter(label: str) -> Iterator[Callable[[int, int, float], None]]:
+    """Show a progress bar with numbers of completed runs during the `with` block.
 
     The context manager yields a function that updates the bar. The function is called with the number of completed
     runs, the number of all runs, and the rate (1/s).
     """
     with _shown(label) as draw:
-        yield lambda done, total, rate: draw(done / max(total, 1), f"{done}/{total} {what}, {rate:.3g} {what}/s")
+        yield lambda done, total, rate: draw(done / max(total, 1), f"{done}/{total} runs, {rate:.3g} runs/s")

@@ -77,11 +77,11 @@ def build(data: Dataset, options: Options, seed: int, progress: Progress) -> Bui
     return objective.graph(p), len(p), {"bounded": bounded, "free": determined(objective, p).table}
 
 
-def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[float, float, float]:
+def linear_oscillator(u: Array, y: Array, h: float) -> tuple[float, float, float]:
     """Return the mass, damping and stiffness of (m s^2 + c s + k) Y = U, fitted at the excited frequencies.
 
     The force u and the displacement y (n,), with the step h (s), must contain whole periods, or must be much longer
-    than the decay time of the oscillator. Each of the `rounds` iterations weights the equation by 1/|m s^2 + c s + k|
+    than the decay time of the oscillator. Each of the 10 iterations weights the equation by 1/|m s^2 + c s + k|
     with the values of the previous iteration. Therefore the output error is minimised instead of the equation error.
     The result is in the units of measure of u, y and s.
     """
@@ -93,7 +93,7 @@ def linear_oscillator(u: Array, y: Array, h: float, rounds: int = 10) -> tuple[f
     scale = np.abs(s).max() ** np.array([2.0, 1.0, 0.0])  # equalises the columns: s^2 is about 1e6 times 1
     weight = np.ones(len(s))
     x = np.zeros(3)
-    for _ in range(rounds):
+    for _ in range(10):
         A, b = powers / scale * (Y * weight)[:, None], U * weight
         x = np.linalg.lstsq(np.vstack([A.real, A.imag]), np.concatenate([b.real, b.imag]), rcond=None)[0] / scale
         weight = 1 / np.maximum(np.abs(powers @ x), 1e-300)

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pydantic
 
-from hystfmu.base import MOST_BYTES, Array, InputError, own, read_toml, write_text
+from hystfmu.base import MOST_BYTES, Array, InputError, check, load_toml, own, write_text
 from hystfmu.data.columns import read_header
 from hystfmu.scenario.outcome.metrics import Measure
 from hystfmu.scenario.outcome.trace import Excerpt, Sweeps, Trace
@@ -70,7 +70,7 @@ class Baseline:
         file = folder / "baseline.toml"
         if not file.exists():
             return None
-        cases = read_toml(file, _BaselineFile).case
+        cases = check(load_toml(file), _BaselineFile, file).case
         rows: dict[str, list[list[float]]] = {}
         table = folder / "baseline.csv"
         header, separator, body = read_header(table, MOST_BYTES)
