@@ -115,6 +115,8 @@ fmi_status fmi_evaluate(instance *i) {
   return FMI_OK;
 }
 
+/* A time after the stop time is accepted: solvers such as CVode in fmpy compute derivatives beyond the end of the last
+ * step, and interpolate. */
 fmi_status fmi_set_time(instance *i, double t) {
   if (!fmi_is_finite(t)) return fmi_refuse(i, "The time must be finite.");
   fmi_undo_event(i);

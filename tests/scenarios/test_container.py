@@ -312,6 +312,13 @@ def test_a_number_outside_its_limits_is_damage(write: Any, tmp_path: Path) -> No
             file.write_text("\n".join([*lines[:row], changed, *lines[row + 1 :]]))
             (said,) = tried(box)
             assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, value)
+    for line, place in (("coupling ", 3), ("coupling ", 4), ("unit x ", 8)):
+        for bits in ("0000000000000000", "bff0000000000000", "7ff8000000000000", "7ff0000000000000"):
+            changed = [" ".join([*w[:place], bits, *w[place + 1 :]]) if t.startswith(line) else t
+                       for t, w in ((t, t.split(" ")) for t in lines)]  # fmt: skip
+            file.write_text("\n".join(changed))
+            (said,) = tried(box)
+            assert said.startswith("resources/system.txt is damaged near its byte "), (line, place, bits)
 
 
 def test_a_parameter_outside_its_type_is_damage(write: Any, tmp_path: Path) -> None:
@@ -319,6 +326,8 @@ def test_a_parameter_outside_its_type_is_damage(write: Any, tmp_path: Path) -> N
     head, reference, tail = re.split(r"i (\d+) 1 7\b", file.read_text())
     real = ["7ff8000000000000", "3FF0000000000000"], ["3ff000000000000", "3ff00000000000000", "3ff000000000000g", "1.0"]
     words = {"d": real, "f": real, "?": (["0", "1"], ["2", "-1", "01", "true"])}
+    file.write_text(f"{head}x {reference} 1 7{tail}")  # no type at all
+    assert "is damaged near its byte" in tried(box)[0]
     for letter, kind in ((of, k) for k, of in LETTERS[3].items() if of != "s"):
         low, high = bounds(kind)
         good, bad = words.get(letter, ([low, 0, high], [low - 1, high + 1, f"{high}x", "x", "1.0"]))
@@ -423,6 +432,14 @@ def test_the_end_reaches_the_units(write: Any, tmp_path: Path, fmi: int) -> None
     slave.fmu.freeInstance()
 
 
+@pytest.mark.parametrize(("fmi", "why"), [(2, ""), (3, ": the FMU ends the simulation")])
+def test_a_unit_that_ends_the_simulation_is_named(write: Any, tmp_path: Path, fmi: int, why: str) -> None:
+    folder = typed(write, fmi)
+    words = {"Integer": "Int32"} if fmi == 3 else {}
+    drawn_fmu(folder / "x.fmu", fmi, [replace(v, type=words.get(v.type, v.type)) for v in VARIABLES], last=2)
+    assert tried(unpacked(folder, tmp_path)[0], 3) == [f"unit 'x' refuses the step from t = 0.001 s{why}"]
+
+
 def test_outputs_are_known_in_initialization_mode(write: Any, tmp_path: Path) -> None:
     written(typed(write), tmp_path / "box.fmu")
     slave = Slave(tmp_path / "box.fmu", tmp_path / "box", silent=True)
@@ -440,7 +457,7 @@ STEPS = [  # begin and length of a step of a container with steps of H, in this 
     (0.0, 0.0, "the step size must be in (0, 1e9] s. Got 0 instead."),
     (0.0, -H, "the step size must be in (0, 1e9] s. Got -0.001 instead."),
     (0.0, math.nan, "the step size must be in (0, 1e9] s. Got nan instead."),
-    (0.0, 1.1e9, "the step size must be in (0, 1e9] s. Got 1.1e+09 instead."),
+    (0.0, math.nextafter(1e9, 2e9), "the step size must be in (0, 1e9] s. Got 1e+09 instead."),
     (0.0, 1e9, "the step size must be at most 1e9 steps of 0.001 s. Got 1e+09 s instead."),
     (1.1e-6, H, "is at t = 0 s; the step starts at 1.1e-06 s"),
     (-1.1e-6, H, "is at t = 0 s; the step starts at -1.1e-06 s"),
