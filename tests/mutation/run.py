@@ -56,6 +56,8 @@ class Run:
 
     def room(self, room: str) -> None:
         """Judge the mutants of a room: in a process that has collected its tests, then those that need a new one."""
+        for library in LIBRARIES.values():  # the last mutant of another room is still built
+            self.tree.build(library)
         child = os.fork()
         if child == 0:
             code = 1
