@@ -143,15 +143,17 @@ def line_of(where: str, lines: Sequence[int], row: int) -> str:
     return f"{where}: line {lines[row]}"
 
 
-SCPI_INFINITY = 9.9e37  # SCPI 1999, 7.2.1: this number means infinity, 9.91e37 not a number
+SCPI_CODES = (9.8999999e37, 9.9100001e37)  # SCPI 1999, 7.2.1: 9.9e37 is infinity, 9.91e37 not a number; 32 bits
 
 
 def check_finite(column: Array, name: str, place: Callable[[int], str]) -> None:
     """Refuse a column (n,) with values that are not finite, or that SCPI instruments write for such values."""
-    bad = ~(np.abs(column) < SCPI_INFINITY)
+    size = np.abs(column)
+    coded = (size >= SCPI_CODES[0]) & (size <= SCPI_CODES[1])
+    bad = ~np.isfinite(column) | coded
     if bad.any():
         n = int(np.argmax(bad))
-        code = ", which instruments write for an overload or a missing value" if np.isfinite(column[n]) else ""
+        code = ", which instruments write for an overload or a missing value" if coded[n] else ""
         raise InputError(f"{place(n)}: The {name!r} column must hold finite numbers. Got {column[n]} instead{code}.")
 
 

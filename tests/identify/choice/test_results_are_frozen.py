@@ -9,7 +9,7 @@ import pytest
 import hystfmu.identify
 import hystfmu.studies
 
-GROW = {"Trial of trial", "Race of race"}  # a race adds folds to its trials
+GROW = {"Trial of race", "Race of race"}  # a race adds folds to its trials
 
 
 def classes():

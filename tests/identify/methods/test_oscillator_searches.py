@@ -41,9 +41,7 @@ def test_its_weights_make_an_output_error(size):
     lines = np.abs(U) > 0.1 * np.abs(U).max()
     s, U, Y = 2j * np.pi * np.fft.rfftfreq(N, H)[lines], U[lines], Y[lines]
     weight, x = np.ones(len(s)), np.zeros(3)
-    rounds = kind.linear_oscillator.__defaults__[0]
-    assert rounds == 10
-    for _ in range(rounds):
+    for _ in range(10):
         a = np.column_stack([s**2, s, s**0]) * (Y * weight)[:, None] * [1, 1e2, 1e4]
         a, b = np.vstack([a.real, a.imag]), np.concatenate([(U * weight).real, (U * weight).imag])
         x = np.linalg.pinv(a, rcond=1e-12) @ b * [1, 1e2, 1e4]
