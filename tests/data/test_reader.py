@@ -84,6 +84,17 @@ def in_group(file):
     file.create_dataset("run/fs", data=[2000.0])
 
 
+def as_netcdf(file, missing=-1.0):
+    """Packed: value * scale_factor + add_offset; some values may be missing."""
+    for name, column, unit, scale, offset in (
+        ("t", T * 1e3 + 4.0, "ms", 1.0, -4.0), ("u", 8.0 * U, "V", 0.125, 0.0), ("y", 2.0 * Y, "um", 0.5, 0.0)
+    ):  # fmt: skip
+        item = file.create_dataset(name, data=np.where(np.arange(N) == 4, missing, column) if missing > 0 else column)
+        for key, value in (("scale_factor", scale), ("add_offset", offset), ("_FillValue", [1e9])):
+            item.attrs[key] = value
+        item.attrs["units"] = unit
+
+
 def with_step_of_a_group(file):
     """No time; a text stands between the channels; the names of the channels are those of their groups."""
     rig = file.create_group("rig")
@@ -184,6 +195,7 @@ VARIANTS = {
     }),
     "MAT, float32": ("a.mat", mat(t=T.astype(np.float32), u_V=U, y_um=Y), {}),
     "HDF5 with units": ("a.h5", lambda: hdf5(in_group), {}),
+    "netCDF": ("a.h5", lambda: hdf5(as_netcdf), {}),
     "HDF5 with the rate of a group": ("a.h5", lambda: hdf5(with_step_of_a_group), {}),
     "MAT 7.3": ("a.mat", mat_7_3, {}),
     "HDF5 with two rates": ("a.h5", lambda: hdf5(with_two_rates), {"input": "slow/u", "output": "slow/y"}),
@@ -341,6 +353,9 @@ REFUSED = {
     "columns of different time steps": (
         lambda: hdf5(with_two_rates), {"input": "fast/u", "output": "slow/y"},
         ["equal time steps", "'fast/u' (0.0001 s), 'slow/y' (0.0005 s)"],
+    ),
+    "a missing value of netCDF": (
+        lambda: hdf5(lambda file: as_netcdf(file, 1e9)), {}, ["row 4", "'y' column must hold finite numbers", "nan"],
     ),
     "a MAT file of complex numbers": (mat(t=T, u=U, y=Y * (1 + 1j)), {}, ["'y'", "real numbers", "complex128"]),
     "an overload of an instrument": (

@@ -195,7 +195,17 @@ def _hdf5_arrays(h5py: Any, file: Any, turn: int) -> list[Found]:
 
 
 def _hdf5_values(item: Any, turn: int) -> np.ndarray:
+    """Return the values of a dataset. Packed values of netCDF are unpacked, and missing ones become NaN (CF 2.5.1)."""
     values = np.asarray(item[()])
+    told = {}
+    for key in ("_FillValue", "missing_value", "scale_factor", "add_offset"):
+        value = np.asarray(item.attrs.get(key, ""))
+        if value.size == 1 and value.dtype.kind in "iuf":
+            told[key] = value.reshape(-1)[0]
+    if told:
+        missing = np.isin(values, [told[key] for key in ("_FillValue", "missing_value") if key in told])
+        values = values * float(told.get("scale_factor", 1.0)) + float(told.get("add_offset", 0.0))
+        values[missing] = np.nan
     return values.T if turn < 0 else values
 
 
