@@ -93,6 +93,7 @@ def as_netcdf(file, missing=-1.0):
         for key, value in (("scale_factor", scale), ("add_offset", offset), ("_FillValue", [1e9])):
             item.attrs[key] = value
         item.attrs["units"] = unit
+    file.create_dataset("fs", data=1000.0).attrs["scale_factor"] = 2.0
 
 
 def with_step_of_a_group(file):

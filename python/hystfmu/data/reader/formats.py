@@ -204,8 +204,8 @@ def _hdf5_values(item: Any, turn: int) -> np.ndarray:
             told[key] = value.reshape(-1)[0]
     if told:
         missing = np.isin(values, [told[key] for key in ("_FillValue", "missing_value") if key in told])
-        values = values * float(told.get("scale_factor", 1.0)) + float(told.get("add_offset", 0.0))
-        values[missing] = np.nan
+        unpacked = values * float(told.get("scale_factor", 1.0)) + float(told.get("add_offset", 0.0))
+        values = np.where(missing, np.nan, unpacked)  # also of a single number, to which nothing can be assigned
     return values.T if turn < 0 else values
 
 
