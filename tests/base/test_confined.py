@@ -80,6 +80,7 @@ ALONE = "simulate loop/bad.fmu --step 1e-3 --stop 0.01 -o alone.csv"
 EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("engine", "confined"),
     [("fmpy", True), ("native", True), ("fmpy", False), pytest.param("native", False, marks=pytest.mark.stress)],
@@ -91,7 +92,8 @@ def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: 
     assert done(home, server) == (set() if confined else EVERYTHING)
 
 
-@pytest.mark.some(2)
+@pytest.mark.turn("foreign code")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("options", [[], ["--unconfined"]], ids=["confined", "unconfined"])
 @pytest.mark.parametrize("command", ["run loop", ALONE, "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
 def test_commands(
@@ -112,6 +114,7 @@ def test_commands(
     assert done(home, server) == (EVERYTHING if options else set()), told.output
 
 
+@pytest.mark.turn("good FMUs")
 def test_our_fmus_run_as_before(tmp_path: Path, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)  # it runs nothing
     model = hy.Model("creep", hy.blocks.Creep().graph)
@@ -121,6 +124,7 @@ def test_our_fmus_run_as_before(tmp_path: Path, home: Path, monkeypatch: pytest.
 WAYS = ["io_uring", "ptrace", "signal", "memory", "queue", "shared memory", "device", "socket of a session"]
 
 
+@pytest.mark.some(3)
 @pytest.mark.parametrize("call", WAYS)
 def test_other_ways_out(call: str, tmp_path: Path) -> None:
     """To a process outside: its memory, signals, shared memory; a device; a ring that makes sockets."""
@@ -196,6 +200,7 @@ static void speak(void) {
 PICKLED = "cos\\nsystem\\n(S'touch stolen'\\ntR."
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     "words",
@@ -219,6 +224,7 @@ def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_p
 WORK = Path(__file__).with_name("confined_work.c").read_text()
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
 def test_an_fmu_works(name: str) -> None:
     with closing(User(name)) as user:

@@ -219,6 +219,7 @@ VARIANTS = {
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
 
 
+@pytest.mark.some(15)
 @pytest.mark.parametrize("name", VARIANTS)
 def test_a_file_is_read_to_the_truth(name, tmp_path):
     file, content, options = VARIANTS[name]
@@ -390,6 +391,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.some(15)
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
     content, options, words = REFUSED[name]
