@@ -49,7 +49,8 @@ PARSED = "number, unable to parse string as a number"
     [
         ({"inner": {"gian": 1.0}}, f"inner.gian: {NO_KEY} Did you mean 'gain'? inner.gain: {LACKS}"),
         ({"inner": {"nmae": 2.0, "gain": 1.0}}, f"inner.nmae: {NO_KEY}"),
-        ({"deep": {"inner": {"gian": 1.0}}}, f"deep.inner.gian: {NO_KEY} Did you mean 'gain'? deep.inner.gain: {LACKS}"),
+        ({"deep": {"inner": {"gian": 1.0}}}, f"deep.inner.gian: {NO_KEY} Did you mean 'gain'? "
+         f"deep.inner.gain: {LACKS}"),
         ({"naem": "a"}, f"naem: {NO_KEY} Did you mean 'name'?"),
         ({"size": {"gian": 1.0}}, f"size.gian: {NO_KEY} Did you mean 'gain'? size.gain: {LACKS}"),
         ({"size": "x", "many": [1, {}]}, f"size: {VALID} {PARSED} or dictionary or instance of Inner. Got 'x' instead. "
