@@ -90,6 +90,7 @@ def scenario(folder: Path, name: str, defect: str) -> Path:
 ONCE = "{ static int n; if (!n++) leave(); }"
 
 
+@pytest.mark.turn("processes left behind")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
@@ -101,6 +102,7 @@ def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
     assert left(name) == []
 
 
+@pytest.mark.turn("processes left behind")
 def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, name: str) -> None:
     system = build(Cases(scenario(tmp_path / "loop", name, f"{{ {ONCE} {SLEEPS}; }}")).cases[0])
     with pytest.raises(Stopped, match="not finished after 4 s"):
@@ -108,6 +110,7 @@ def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, na
     assert left(name) == []
 
 
+@pytest.mark.turn("processes left behind")
 @pytest.mark.usefixtures("without_fmutool")
 def test_a_check_ends_what_the_fmu_has_started(tmp_path: Path, name: str) -> None:
     extra = LEAVES.replace("NAME", f'"{name}"') + "__attribute__((constructor)) static void at_load(void) { leave(); }"
@@ -121,6 +124,7 @@ def without_fmutool(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
 
 
+@pytest.mark.turn("processes left behind")
 def test_a_worker_that_dies_is_seen_although_its_pipe_is_held(tmp_path: Path, name: str) -> None:
     """A dead worker is a killed run, not one that exceeds its time."""
     pytest.importorskip("pyarrow")
@@ -211,6 +215,7 @@ def test_other_systems_end_the_group_of_the_child_at_once(monkeypatch: pytest.Mo
         os.close(reads)
 
 
+@pytest.mark.turn("processes left behind")
 def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
     """Its workers, the endless FMU in one of them, and the processes of that FMU."""
     pytest.importorskip("pyarrow")

@@ -79,6 +79,7 @@ ALONE = "simulate loop/bad.fmu --step 1e-3 --stop 0.01 -o alone.csv"
 EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("engine", "confined"),
     [("fmpy", True), ("native", True), ("fmpy", False), pytest.param("native", False, marks=pytest.mark.stress)],
@@ -90,7 +91,8 @@ def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: 
     assert done(home, server) == (set() if confined else EVERYTHING)
 
 
-@pytest.mark.some(2)
+@pytest.mark.turn("foreign code")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("options", [[], ["--unconfined"]], ids=["confined", "unconfined"])
 @pytest.mark.parametrize("command", ["run loop", ALONE, "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
 def test_commands(
@@ -111,6 +113,7 @@ def test_commands(
     assert done(home, server) == (EVERYTHING if options else set()), told.output
 
 
+@pytest.mark.turn("good FMUs")
 def test_our_fmus_run_as_before(tmp_path: Path, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)  # it runs nothing
     model = hy.Model("creep", hy.blocks.Creep().graph)
@@ -121,7 +124,7 @@ def test_confined_code_has_no_capability(tmp_path: Path) -> None:
     """Programs that it starts get none either: the bounding set is empty if this system permits that."""
     code = "print(*(line for line in open('/proc/self/status') if line.startswith('Cap')), sep='')"
     (free, _), (held, _) = (Child("-c", code, box=box).finish(60.0) for box in (None, Box.of(tmp_path)))
-    may = len(free) == 5 and int(free[3].split()[1], 16) >> 8 & 1  # CAP_SETPCAP in the effective set
+    may = len(free) == 5 and int(free[2].split()[1], 16) >> 8 & 1  # CAP_SETPCAP in the effective set
     names = ["CapInh", "CapPrm", "CapEff", *["CapBnd"] * may, "CapAmb"]
     assert {f"{name}:\t{0:016x}" for name in names} <= set(held)
 
@@ -173,6 +176,7 @@ static void speak(void) {
 PICKLED = "cos\\nsystem\\n(S'touch stolen'\\ntR."
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     "words",
@@ -196,6 +200,7 @@ def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_p
 WORK = Path(__file__).with_name("confined_work.c").read_text()
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
 def test_an_fmu_works(name: str) -> None:
     with closing(User(name)) as user:

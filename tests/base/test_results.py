@@ -59,6 +59,7 @@ NUMBERS, NUMBER = b"secret!\n" * 1000, "7.09521347"  # how it reads as a number
 SECRETS = {"values": NUMBERS, "ended.json": json.dumps(NOTES).encode(), "result.json": json.dumps(NOTES).encode()}
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.parametrize(
     ("way", "more"),
     [

@@ -168,6 +168,7 @@ def test_a_new_file_follows_the_umask_and_a_link_stays(folder: Path) -> None:
     assert sorted(os.listdir(folder / "there")) == ["x", "x.fmu", "x.ssp"]  # no temporary file
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.parametrize(
     "kind",
     [

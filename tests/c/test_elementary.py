@@ -169,6 +169,7 @@ def arguments(name: str) -> tuple[Array, Array | None]:
     return np.concatenate(parts), None
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize("name", list(EXACT))
 def test_error_stays_within_the_stated_bound(name: str, libraries: dict[str, ctypes.CDLL]) -> None:
     x, y = arguments(name)

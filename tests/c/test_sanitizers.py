@@ -45,12 +45,14 @@ MEMORY = {"memcpy", "memmove", "memset", "memcmp", "memchr", "strlen", "strcmp"}
 SENTENCES = {"snprintf", "strchr", *MEMORY}
 
 
+@pytest.mark.turn("compiled C", name="objects")
 def test_core_needs_no_libm_and_allocates_nothing(objects: list[Path]) -> None:
     own = {name for _, letter, name in symbols(objects) if letter in "TR"}
     outside = {(o, name) for o, letter, name in symbols(objects) if letter == "U" and name not in own}
     assert {(o, n) for o, n in outside if n not in (SENTENCES if o == "message" else MEMORY)} == set()
 
 
+@pytest.mark.turn("compiled C", name="objects")
 def test_core_has_no_variable_of_its_own(objects: list[Path]) -> None:
     assert [(o, name) for o, letter, name in symbols(objects) if letter in "bBdDC"] == []
 

@@ -67,6 +67,7 @@ def test_stack_is_the_sum_of_plays(signal: str, thresholds: str, u0: float) -> N
     assert np.abs(y - expected).max() <= 4e-15 * scale
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("signed", [True, pytest.param(False, marks=pytest.mark.stress)])
 def test_four_hundred_thousand_random_steps(signed: bool) -> None:
     """S5: <= 2e-14 of max|y| against the plain loop; the memory forgets nothing and drifts nowhere."""

@@ -258,13 +258,13 @@ def xlsx(two: bool) -> bytes:
     return out.getvalue()
 
 
-def tdms() -> bytes:
+def tdms(later: int = 0) -> bytes:
     from nptdms import ChannelObject, TdmsWriter
 
     out = io.BytesIO()
     with TdmsWriter(out) as writer:
-        for name, column, unit in (("Spannung", U, "V"), ("Weg", Y, "um")):
-            waveform = {"wf_increment": 1 / RATE, "wf_start_offset": 0.0, "unit_string": unit}
+        for name, column, unit, first in (("Spannung", U, "V", 0), ("Weg", Y, "um", later)):
+            waveform = {"wf_increment": 1 / RATE, "wf_start_offset": first / RATE, "unit_string": unit}
             writer.write_segment([ChannelObject("Messung", name, column, properties=waveform)])
     return out.getvalue()
 

@@ -66,6 +66,7 @@ def fitted(tmp_path_factory):
     return folder, done.stdout
 
 
+@pytest.mark.turn("a terminal")
 def test_fit_prints_one_table_and_no_escape_codes_in_a_pipe(fitted):
     folder, out = fitted
     read, head = out.splitlines()[:2]
@@ -88,7 +89,7 @@ def test_fit_as_json(fitted):
     assert result["rms_percent"] < 1
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a terminal")
 def test_predict_export_validate_inverse(fitted, tmp_path, monkeypatch):
     monkeypatch.setitem(
         sys.modules, "fmu_manipulation_toolbox", None

@@ -174,6 +174,7 @@ def test_keys_and_texts_of_toml(kind: str, folder: Path, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == [place]
 
 
+@pytest.mark.turn("a terminal")
 def test_markup_in_texts_of_toml(folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder, tmp_path / "all")
     for file in (tmp_path / "all" / "m.model.toml", tmp_path / "all" / "loop" / "scenario.toml"):

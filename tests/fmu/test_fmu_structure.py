@@ -29,7 +29,7 @@ def described(graph: Graph, path: Path, fmi: int) -> Any:
     return read_model_description(str(export_fmu(graph, path, fmi)))  # type: ignore[arg-type]
 
 
-@pytest.mark.some(len(GRAPHS))
+@pytest.mark.some(20)
 @pytest.mark.parametrize("name", list(GRAPHS))
 def test_undeclared_dependencies_have_no_effect(folder: Path, fmi: int, name: str) -> None:
     """In Event Mode at a sample, each input and each state is changed separately, upwards and downwards."""
@@ -191,6 +191,7 @@ def ports(model: Model, path: Path, fmi: int) -> dict[str, Any]:
     return {v.name: v for v in description.modelVariables} | {"experiment": description.defaultExperiment}
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 def test_ranges_sizes_and_texts(model: Model, tmp_path: Path, fmi: int) -> None:
     lo, hi = model.provenance["trained_u"]
@@ -232,7 +233,7 @@ def graph_of(name: str) -> Graph:
     return loop() if name == "loop" else single(name)
 
 
-@pytest.mark.some(len(EVERY))
+@pytest.mark.some(20)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("name", EVERY)
 def test_same_bits_and_valid(name: str, fmi: int, tmp_path: Path) -> None:

@@ -56,7 +56,8 @@ def automatic(plant):
     return fit(Dataset.from_signal(U, plant(U), 1e-3), "auto", progress=fractions.append), fractions
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("the choice of a kind")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("plant", "memory", "chosen", "limit"),
     [
@@ -137,7 +138,8 @@ def test_few_rows_leave_out_large_models(only):
         fit(data, "auto")
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("the choice of a kind")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "names",
     [
@@ -182,6 +184,7 @@ def test_an_output_that_no_kind_follows_is_refused_with_the_reason(only):
         fit(Dataset.from_signal(U, y), "auto")
 
 
+@pytest.mark.turn("the choice of a kind")
 def test_only_models_with_a_useful_inverse_compete(only):
     only("prandtl_ishlinskii", "krasnoselskii_pokrovskii")
 

@@ -33,7 +33,7 @@ QUICK = {
 KEYS = [k for k in METHODS if k != "auto" and not k.endswith("_oscillator")]  # no oscillator here
 
 
-@pytest.mark.some(6)
+@pytest.mark.some(3)
 @pytest.mark.parametrize("key", KEYS)
 def test_every_method_reports_what_its_saved_model_does(key, small, tmp_path):
     data = small.with_train("100:900")
@@ -100,6 +100,7 @@ def test_wrong_keys_and_options_name_the_legal_ones(key, given, words, small):
         assert w in str(e.value)
 
 
+@pytest.mark.turn("imports")
 def test_nothing_heavy_is_imported():
     code = (
         "import sys, hystfmu.identify\nfrom hystfmu.identify.methods import bouc_wen, weighted_sums;"

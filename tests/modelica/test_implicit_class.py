@@ -21,7 +21,7 @@ from hystfmu.modelica.classes import shipped_library
 MODELS = {p.stem for p in (shipped_library() / "HystFMU" / "Inverse" / "Models").glob("*.mo")} - {"package"}
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("loops in Modelica")
 def test_example_follows_and_agrees_with_the_unit() -> None:
     now = simulate.run("HystFMU.Examples.ImplicitInverse").at(2e-3)
     r, u, y = (now[k] for k in ("wanted.r", "inverse.u", "hysteresis.y"))

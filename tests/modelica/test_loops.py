@@ -72,6 +72,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.turn("loops in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("example", OTHERS)
 def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str) -> None:
@@ -118,6 +119,7 @@ FIGURES = [
 QUICK_FIGURES = ("ZhaoTan", "BoucWen")
 
 
+@pytest.mark.turn("loops in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("example", "name", "case", "settled"),

@@ -32,7 +32,7 @@ def is_long(name: str) -> bool:
 MODELS = [pytest.param(n, marks=pytest.mark.stress) if is_long(n) else n for n in compare.models()]
 
 
-@pytest.mark.some(6)
+@pytest.mark.some(3)
 @pytest.mark.parametrize("name", MODELS)
 def test_model_agrees(name: str) -> None:
     o = compare.compare(name)

@@ -29,7 +29,7 @@ def test_trainer_is_an_option_of_the_network_methods():
 
 
 # ---- inverse operators ---------------------------------------------------------------------------------------------
-@pytest.mark.some(0.5)
+@pytest.mark.turn("figures of papers")
 def test_network_with_the_exact_inverse_operator_inverts_better():
     plant = zhao_tan_2008.actuator(3.0)
     record = zhao_tan_2008.experiment(plant)
@@ -93,6 +93,7 @@ def networks():
     }
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize(
     "name", ["2-12-1 sigmoid", "deep, mixed, two outputs", "activations at both ends", "one Linear"]
 )

@@ -145,7 +145,7 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
     assert (error.min(), error.max()) == (all_errors.min(), all_errors.max())
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, divide: Divide) -> None:
     archive, out = tmp_path / "loop.ssp", tmp_path / "loop.csv"
     write_ssp(Cases(write(loop)).cases[0], archive, separate=True)

@@ -78,7 +78,7 @@ def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi
     assert np.ptp(ours["plant.y"]) > 0.1
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("containers")
 def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path: Path) -> None:
     loop["units"]["plant"]["fine"] = True
     folder = foreign(ripple=4)
@@ -89,6 +89,7 @@ def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path:
     assert got.tobytes() == ours.tobytes()
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_reference_fmu_in_a_container(loop: Any, write: Any, measured: Path, tmp_path: Path, version: int) -> None:
@@ -141,6 +142,7 @@ def typed(write: Any, fmi: int = 2, **changes: Any) -> Path:
     return folder
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_texts_whole_numbers_and_booleans(write: Any, tmp_path: Path, fmi: int) -> None:
@@ -363,6 +365,7 @@ def test_a_type_of_another_version_is_damage(write: Any, tmp_path: Path) -> None
         assert said.startswith("resources/system.txt is damaged near its byte "), letter
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_halves_go_to_the_even_number(write: Any, tmp_path: Path, fmi: int) -> None:
@@ -385,6 +388,7 @@ NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the
 }
 
 
+@pytest.mark.turn("containers")
 def test_every_type_of_fmi_3_has_the_bits_of_the_run(write: Any, tmp_path: Path) -> None:
     """Parameters, connected inputs and outputs; unsigned types read the square of the signal."""
     variables, given, ends = [], {}, {}
@@ -554,6 +558,7 @@ def test_a_container_that_cannot_be_made_or_reset(write: Any, tmp_path: Path) ->
     slave.freeInstance()
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_an_instance_leaves_no_memory_and_no_library_behind(write: Any, tmp_path: Path, fmi: int) -> None:
     said: list[str] = []

@@ -175,6 +175,7 @@ def one_attempt(folder: Path, data: dict[str, Any], out: Path) -> str:
     return ""
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.stress) for k in range(1, 50))])
 def test_drawn_units(write: Any, tmp_path: Path, seed: int) -> None:
     """Six units in a scenario: 300 in all."""

@@ -3,6 +3,7 @@
 import ctypes as C
 import math
 import os
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from fmu_events import EventInfo, Events
 from fmu_master import DISCARD, ERROR, OK, WARNING, H, Make, Master, U, mixed, single
 
+from hystfmu.base import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.unit import Unit
 
@@ -187,7 +189,13 @@ def test_an_overflow_is_an_error(make: Make) -> None:
         assert each.set("w0", 1e10) == OK
         assert each.set("u", 1e300) == OK
     assert m.step(H) == ERROR
-    assert m.messages.pop()[2].startswith(f"'y' is infinite at t = {2 * H:g} s.")
+    told = f"'y' is infinite at t = {2 * H:g} s."
+    assert m.messages.pop()[2].startswith(told)
+    unit = Unit(single("backlash_sum"))
+    unit.initialize(H, w0=1e10)
+    unit.set("u", 1e300)
+    with pytest.raises(InputError, match=re.escape(told)):
+        unit.do_step(H, H)
     assert late.enter() == OK
     for each in (m, late):
         assert each._access("Get", "y", None)[0] == DISCARD

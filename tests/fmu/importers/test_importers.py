@@ -99,6 +99,7 @@ def every_importer(model: Model, fmi: int, folder: Path) -> None:
     co_simulation(model, fmu, fmi, folder)
 
 
+@pytest.mark.turn("FMUs in importers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])
 def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
@@ -133,6 +134,7 @@ def ends(model: Model, fmi: int, tolerance: float, folder: Path) -> None:
         assert error == 0.0
 
 
+@pytest.mark.turn("FMUs in importers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 @pytest.mark.parametrize("key", DYNAMIC)
@@ -174,6 +176,7 @@ NO_ARCHIVE = {
 }
 
 
+@pytest.mark.turn("FMUs in importers")
 @pytest.mark.some(2)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FEW else pytest.mark.stress, id=n) for n in SHIPPED])
 def test_a_shipped_scenario(name: str, tmp_path: Path) -> None:

@@ -190,7 +190,7 @@ def signal_for(model: Model) -> Array:
     return (lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02)
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @every_key
 def test_a_key_gives_the_same_bits_everywhere(model: Model, tmp_path: Path) -> None:
     u = signal_for(model)
@@ -213,7 +213,7 @@ def ways() -> list[Any]:
     return [pytest.param(*row, marks=pytest.mark.stress if row in long else ()) for row in every]
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(2)
 @pytest.mark.parametrize(("model", "way"), ways(), indirect=["model"])
 def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path) -> None:
     model.save(tmp_path / "forward.model.toml")

@@ -188,7 +188,7 @@ def test_a_loop_reads_the_derivatives_of_the_last_step():
     assert np.quantile(error, 0.9) <= 1e-8 * np.abs(want).max()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("free parameters")
 def test_a_graph_with_an_implicit_inverse_is_fitted():
     """The core has no sensitivities there: whole runs take their place."""
     rng = np.random.default_rng(7)

@@ -50,6 +50,7 @@ def stage(u, m=2e-5, c=8e-4, k=1.0, springs=((0.03, 0.2), (0.1, 0.25), (0.25, 0.
     return np.array(out)
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("name", "key"), [("LuGre", "lugre"), ("slip stage", "maxwell_slip_oscillator")])
@@ -81,6 +82,7 @@ def test_the_numbers_of_the_friction_are_found_in_units_of_measure():
     assert model.fit["parameters"] == 9
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_numbers_of_the_stage_are_found_from_two_records(sign):
@@ -103,7 +105,7 @@ def test_the_numbers_of_the_stage_are_found_from_two_records(sign):
         assert k @ np.minimum(r, x) == pytest.approx(want, rel=0.03)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("oscillators")
 def test_output_of_held_out_rows_is_not_used():
     u = tones(6)
     held = np.zeros(ROWS, dtype=bool)

@@ -63,6 +63,7 @@ CASES = [
 ]
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("hysteresis", "kind", "count"), CASES)
 def test_constant_voltage_moves_nothing(hysteresis: str, kind: str, count: int, tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from hystfmu.modelica.realisation import kinds, left_out, missing
 QUICK = ("g0_prandtl_ishlinskii",)  # also the start of dynamics behind events
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     "key", [k if k in QUICK else pytest.param(k, marks=pytest.mark.stress) for k in exported.CONTINUOUS_KEYS]
@@ -48,7 +49,7 @@ def micrometres(key: str = "play_bank") -> Model:
     return Model(key, graph, 1e-3, "two plays", provenance={"span_u": [0.0, 100.0]})
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("exported Modelica")
 def test_ports_are_in_si_units(tmp_path: Path) -> None:
     """Millivolts and micrometres of the model are volts and metres at the ports; the loop is the same."""
     model = micrometres()

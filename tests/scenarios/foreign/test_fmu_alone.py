@@ -41,7 +41,8 @@ def of_all(model: str, first: str) -> list[Any]:
     return [f"{first}/{model}", pytest.param(f"fmi2/{model}", marks=pytest.mark.stress), f"fmi3/{model}"]
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a foreign FMU alone")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [3, pytest.param(2, marks=pytest.mark.stress)])
 def test_model_exchange_of_a_lag_follows_its_closed_form(tmp_path: Path, fmi: int) -> None:
     """y' = (u - y)/T with an input held over each step; the rows of the file lie between the steps."""
@@ -74,6 +75,7 @@ def test_dahlquist_steps_by_its_own_euler_in_co_simulation(name: str) -> None:
     assert np.abs(run.values["x"] - 0.9 ** np.arange(51)).max() < 1e-14
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", of_all("BouncingBall", "fmi1me"))
 def test_bouncing_ball_meets_the_times_of_its_bounces(tmp_path: Path, name: str) -> None:
@@ -153,6 +155,7 @@ TYPES = {
 }
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("interface", ["Co-Simulation", "Model Exchange"])
 def test_every_type_of_variable(tmp_path: Path, interface: str) -> None:
@@ -214,6 +217,7 @@ def pair(tmp_path: Path) -> Path:
     return export_fmu(Graph(nodes, [], inputs, outputs).with_step(0.5), tmp_path / "pair.fmu", fmi=3, stop=2.0)
 
 
+@pytest.mark.turn("a foreign FMU alone")
 def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> None:
     """Times in ms; what a row says at a communication point holds in the step that begins there."""
     table = pair.with_name("u.csv")
@@ -225,6 +229,7 @@ def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> Non
     assert run.values["y_2"].tolist() == [-1, -1, -2, *(-np.interp([1.0, 1.5], [0.5, 2], [2, 3])).tolist()]
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("given", "want"),
@@ -259,7 +264,7 @@ def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, An
         run_fmu(path, **more)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a foreign FMU alone")
 def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     from click.testing import CliRunner
 

@@ -102,7 +102,7 @@ def differences(system: System) -> tuple[float, float]:
     return along, abs(float(np.sqrt(np.mean(e**2))) - recorded / 100 * stroke) / span
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("name", "case"),
     [

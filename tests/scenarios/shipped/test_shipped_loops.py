@@ -303,7 +303,7 @@ def test_they_run_as_fmus_with_the_bits_of_the_core(name: str) -> None:
     assert fmus["plant.y"].tobytes() == core["plant.y"].tobytes()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["pid", *(pytest.param(name, marks=pytest.mark.stress) for name in LOOPS[:2])])
 def test_every_case_meets_limit_and_baseline(name: str) -> None:
     results = hy.run([ROD / name], engine="native")
