@@ -45,6 +45,11 @@ static double f(const double *x, int n) {
   if (n > 0 && x[0] != 2.5) g("a + b", n);
   return -x[n] * n;
 }
+typedef struct { char magic[8]; } head;
+static void g(int n) {
+  char why[64];
+  take(malloc(n + 1), calloc(4, n / 3));
+}
 """
 C_LINES = [
     "static double f(const double /x, int n) {",  # no C: the compiler refuses it
@@ -59,6 +64,11 @@ C_LINES = [
     "return x[n] * n;",
     "return -x[n] / n;",
     "return 0;",
+    "typedef struct { char magic[9]; } head;",  # the sizes in g() stay: with more memory it does the same
+    "take(malloc(n - 1), calloc(4, n / 3));",
+    "take(malloc(n + 1), calloc(4, n * 3));",
+    "take(malloc(n + 1), calloc(4, n / 4));",
+    ";",
 ]
 
 
