@@ -21,6 +21,7 @@ from hystfmu.design.plants import LEAST_SPREAD, LESS_DAMPED, SIGMAS
 from hystfmu.face.interval import with_interval
 from hystfmu.face.model import Model
 from hystfmu.identify.auto import REFUSED
+from hystfmu.identify.evidence import Evidence
 from hystfmu.start.closed_loop import ClosedLoop, close
 from hystfmu.start.device import DYNAMICS_NAME, Device, reference_frequency, unsuited
 from hystfmu.start.excitation import write_excitation
@@ -220,7 +221,7 @@ def _measure_next(path: Path, data: Dataset, asked: Requirements, model: Model, 
     top = float(model.fit["evidence"]["band"][1])
     up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0), SEEN * top)
     note = f"measure next: {path.name}, {write_excitation(path, data, reference_frequency(data), up_to, model)}"
-    error, noise = float(model.fit["rms_percent"]), 100 * float(model.fit["evidence"]["noise"]) / data.span
+    error, noise = float(model.fit["rms_percent"]), 100 * Evidence.from_dict(model.fit["evidence"]).noise / data.span
     if error <= max(SLIGHT, FAR * noise):  # the noise may be NaN
         return note
     other = "" if key == "auto" else "another kind of model or "
