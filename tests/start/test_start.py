@@ -109,7 +109,9 @@ def test_a_poor_record_says_what_to_measure_next(drift: float, tmp_path: Path) -
     assert status == 0, out + err
     assert "not informative enough to identify memory" in err
     assert ("this cannot reduce the error" in err) == (drift > 0)
-    assert (tmp_path / "mine" / "report.html").exists()
+    page = (tmp_path / "mine" / "report.html").read_text()
+    assert "Worst against its limit: " in page
+    assert "/neither</b>" not in page, "a case for comparison has no limit"
     found = np.genfromtxt(tmp_path / "mine" / "measure_next.csv", delimiter=",", skip_header=1)
     t, v = found[:, 0], found[:, 1]
     assert np.allclose(np.diff(t), t[1] - t[0])

@@ -208,7 +208,7 @@ def start(
     """
     from hystfmu.base import InputError, load_toml
     from hystfmu.report.terminal import progress, table
-    from hystfmu.start.page import race_table, reference_table, sentence
+    from hystfmu.start.page import OF_REFERENCE, race_table, reference_table, sentence
     from hystfmu.start.requirements import Requirements
     from hystfmu.start.run import start as make
 
@@ -237,7 +237,7 @@ def start(
             for why in dict.fromkeys(loop.race.refused.values()):
                 say(f"not usable: {', '.join(n for n, reason in loop.race.refused.items() if reason == why)}: {why}")
         say("\n" + table(*reference_table(made.verdict)))
-        say("RMS %, at most %: in percent of the peak-to-peak value of the reference")
+        say(OF_REFERENCE)
         head = ["case", "RMS % of stroke", "max %", "limit, RMS %", "verdict", "difference"]
         detail("\n" + table(head, [[*c.values()] for c in cases]))
         limits_of_loop = [
