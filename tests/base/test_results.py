@@ -33,10 +33,7 @@ static void leave_always(void) {
   pthread_create(&thread, 0, leave_on, 0);
 }
 """
-WAYS = {
-    "symlink": "if (symlink(SECRET, RESULT)) return",
-    "hard link": "if (link(SECRET, RESULT)) return",
-}
+WAYS = {"symlink": "if (symlink(SECRET, RESULT)) return", "hard link": "if (link(SECRET, RESULT)) return"}
 COMMANDS = {  # and what they read from the folder of the FMU
     "simulate FOLDER/bad.fmu --step 1e-3 --stop 0.01 -o FOLDER/out.csv": ["values"],
     "run FOLDER --engine native": ["ended.json"],

@@ -44,12 +44,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def bad_fmu(
-    path: Path,
-    defect: str = "",
-    limit: float = 0.5,
-    extra: str = "",
-    *options: str,
-    description: str = DESCRIPTION,
+    path: Path, defect: str = "", limit: float = 0.5, extra: str = "", *options: str, description: str = DESCRIPTION
 ) -> None:
     """Compile an FMU that does something terrible after 4 ms when its input is above the limit; else y = u.
 

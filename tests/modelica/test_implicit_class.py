@@ -105,10 +105,7 @@ def unlike(node: Node, *more: Node) -> Model:
             lambda: chain(Node("p", "implicit_inverse")),
             "'p': its input h must be wired to a block that depends on its output u",
         ),
-        (
-            lambda: unlike(Node("i", "zhao_tan_inverse")),
-            "'i': .* no static form of 'zhao_tan_inverse'",
-        ),
+        (lambda: unlike(Node("i", "zhao_tan_inverse")), "'i': .* no static form of 'zhao_tan_inverse'"),
         (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
     ],
 )

@@ -290,11 +290,7 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
     [
         ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
         ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
-        (
-            "",
-            {"scheme": "iterative"},
-            "the coupling must not be iterative, which SSP does not support",
-        ),
+        ("", {"scheme": "iterative"}, "the coupling must not be iterative, which SSP does not support"),
     ],
 )
 def test_what_no_reader_of_an_ssp_does_is_refused(

@@ -18,16 +18,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, Change, Result, build, simulate
-from hystfmu.scenario.outcome.result import (
-    Baseline,
-    CaseResult,
-    Kept,
-    LoopFigures,
-    Record,
-    Verdict,
-    changes,
-    compare,
-)
+from hystfmu.scenario.outcome.result import Baseline, CaseResult, Kept, LoopFigures, Record, Verdict, changes, compare
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report import terminal
 from hystfmu.scenario.report.compare import compare_reports

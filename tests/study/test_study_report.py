@@ -400,10 +400,7 @@ FREE = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, None, None),)
     [
         (Summary(8, 2, 0, 0, None, FREE, ()), "8 variations without limits; none is unstable."),
         (Summary(8, 2, 1, 3, None, FREE, ()), "8 variations without limits; 1 is unstable; 3 could not be run."),
-        (
-            Summary(8, 2, 2, 0, None, LIMITED, ()),
-            "2 of 8 variations are inside the limits (25 %); 2 are unstable.",
-        ),
+        (Summary(8, 2, 2, 0, None, LIMITED, ()), "2 of 8 variations are inside the limits (25 %); 2 are unstable."),
         (
             Summary(8, 2, 0, 1, (0.0312, 0.651), LIMITED + FREE, ()),
             "2 of 8 variations are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "

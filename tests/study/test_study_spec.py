@@ -302,8 +302,7 @@ def test_every_law_starts_from_what_was_best_before(name: str) -> None:
 
 @pytest.mark.some(3)
 @pytest.mark.parametrize(
-    "name",
-    [n if n == "stage/irc" else pytest.param(n, marks=pytest.mark.stress) for n in tuned.STAGE] + tuned.TRACKING,
+    "name", [n if n == "stage/irc" else pytest.param(n, marks=pytest.mark.stress) for n in tuned.STAGE] + tuned.TRACKING
 )
 def test_the_gains_meet_the_hard_limits(name: str) -> None:
     """Of the study, with half a step as well."""

@@ -151,7 +151,7 @@ def kind_row(key: str, model: Model, folder: Path) -> dict[str, float | str]:
     (y_name,) = (p.name for p in graph.ports if p.kind == "output")
     fmus = {fmi: export_fmu(replace(model, graph=graph), folder / f"m{fmi}.fmu", fmi, "m") for fmi in (2, 3)}  # type: ignore[arg-type]
     runs: dict[str, Callable[[], float | str]] = {
-        "fmpy uneven": lambda: gap(*run_uneven(fmus[2], folder / "uneven", graph, u)),
+        "fmpy uneven": lambda: gap(*run_uneven(fmus[2], folder / "uneven", graph, u))
     }
     for fmi, fmu in fmus.items():
         runs[f"fmpy CS {fmi}"] = lambda f=fmu, d=folder / f"cs{fmi}": gap(run_by_fmpy(f, d, u, H), want)

@@ -160,11 +160,7 @@ def test_the_universal_binary_holds_both_processors(crossed: Path) -> None:
 @pytest.mark.stress
 @pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("linux")])
 def test_it_needs_no_newer_c_library(crossed: Path, name: str) -> None:
-    assert needs_glibc_2_17(binary(crossed, name)) <= {
-        "libc.so.6",
-        "ld-linux-x86-64.so.2",
-        "ld-linux-aarch64.so.1",
-    }
+    assert needs_glibc_2_17(binary(crossed, name)) <= {"libc.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
 
 
 @pytest.mark.stress
