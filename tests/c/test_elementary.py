@@ -49,15 +49,9 @@ SOURCE = (
     )
 )
 EXACT: dict[str, Callable[..., mpf]] = {
-    "exp": mpmath.exp,
-    "expm1": mpmath.expm1,
-    "log": mpmath.log,
-    "tanh": mpmath.tanh,
-    "sigmoid": lambda x: 1 / (1 + mpmath.exp(-x)),
-    "sin": mpmath.sin,
-    "cos": mpmath.cos,
-    "pow": mpmath.power,
-}
+    "exp": mpmath.exp, "expm1": mpmath.expm1, "log": mpmath.log, "tanh": mpmath.tanh,
+    "sigmoid": lambda x: 1 / (1 + mpmath.exp(-x)), "sin": mpmath.sin, "cos": mpmath.cos, "pow": mpmath.power,
+}  # fmt: skip
 # The bounds the comments of the header state, in ulp.
 BOUNDS = {"exp": 0.75, "expm1": 1.1, "log": 0.51, "tanh": 1.6, "sigmoid": 1.5, "sin": 0.85, "cos": 0.85, "pow": 0.75}
 INF, NAN = np.inf, np.nan

@@ -37,16 +37,9 @@ def text(head, rows, encoding="utf-8", newline="\n", tail="\n"):
 GERMAN = ["Zeit [ms];Spannung [V];Weg [µm]"]
 PREAMBLE = ["Messung;Piezo 3", "Datum;22.11.2026", "Abtastrate;2000", ""]
 LABVIEW = [
-    "LabVIEW Measurement\t",
-    "Writer_Version\t2",
-    "Separator\tTab",
-    "Decimal_Separator\t,",
-    "***End_of_Header***\t",
-    "Channels\t2\t\t",
-    "Samples\t40\t40\t",
-    "***End_of_Header***\t\t\t",
-    "X_Value\tSpannung [V]\tWeg [um]\tComment",
-]
+    "LabVIEW Measurement\t", "Writer_Version\t2", "Separator\tTab", "Decimal_Separator\t,", "***End_of_Header***\t",
+    "Channels\t2\t\t", "Samples\t40\t40\t", "***End_of_Header***\t\t\t", "X_Value\tSpannung [V]\tWeg [um]\tComment",
+]  # fmt: skip
 
 
 def quoted(row):

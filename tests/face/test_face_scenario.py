@@ -126,11 +126,8 @@ def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, 
     chain.metric("same", "max_percent", "foreign.y", against="memory.y", limit=0.0)
     folder = chain.save(tmp_path / "chain")
     assert {p.name for p in folder.iterdir()} == {
-        "scenario.toml",
-        "memory.model.toml",
-        "foreign.fmu",
-        "wait.model.toml",
-    }
+        "scenario.toml", "memory.model.toml", "foreign.fmu", "wait.model.toml",
+    }  # fmt: skip
     assert hy.run(folder).passed
 
 

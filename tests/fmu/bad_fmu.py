@@ -20,14 +20,10 @@ SOURCE += "".join(f"int {name}(void) {{ return 0; }}\n" for name in sorted(_NAME
 SLEEPS, SPINS = "for (;;) sleep(1)", "for (;;)"
 # the scenario of a folder with bad.fmu
 LOOP: dict[str, Any] = {
-    "name": "bad",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["command", "bad"],
-    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}},
-    "connections": {"bad.u": "command.d"},
+    "name": "bad", "step": 1e-3, "stop": 0.01, "order": ["command", "bad"],
+    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}}, "connections": {"bad.u": "command.d"},
     "metrics": {"last": {"kind": "final", "signal": "bad.y"}},
-}
+}  # fmt: skip
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="bad" guid="bad">
   <CoSimulation modelIdentifier="bad" canHandleVariableCommunicationStepSize="true"/>

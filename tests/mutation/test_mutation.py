@@ -28,18 +28,10 @@ def f(x: int = 3):
     return -x
 '''
 PYTHON_LINES = [
-    "def f(x: int = 4):",
-    "if x <= 1 and not g(x):",
-    "if x >= 1 and not g(x):",
-    "if x < 2 and not g(x):",
-    "if x < 1 or not g(x):",
-    "if x < 1 and g(x):",
-    "if (not (x < 1 and not g(x))):",
-    "pass",
-    "pass",
-    "return None",
+    "def f(x: int = 4):", "if x <= 1 and not g(x):", "if x >= 1 and not g(x):", "if x < 2 and not g(x):",
+    "if x < 1 or not g(x):", "if x < 1 and g(x):", "if (not (x < 1 and not g(x))):", "pass", "pass", "return None",
     "return x",
-]
+]  # fmt: skip
 C = """#include "a-b.h" /* a < b */
 static double f(const double *x, int n) {
   if (n > 0 && x[0] != 2.5) g("a + b", n);

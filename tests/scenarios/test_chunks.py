@@ -25,15 +25,9 @@ from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
 from hystfmu.scenario.system.spec import MetricSpec
 
 KINDS = (
-    "rms_percent",
-    "max_percent",
-    "between_samples_percent",
-    "variation_ratio",
-    "loop_area_percent",
-    "rms",
-    "peak",
+    "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "loop_area_percent", "rms", "peak",
     "final",
-)
+)  # fmt: skip
 Divide = Callable[[int], None]
 
 

@@ -304,16 +304,11 @@ def test_entities(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("one", "other", "more", "good"),
     [
-        ("V", "mV", "", False),
-        ("V", "m", "", False),
-        ("V", "what", "", False),
-        ("K", "degC", "", False),
-        ("V", "mV", 'suppressUnitConversion="true"', True),
-        ("V", "J/C", "", True),
-        ("V", "1", "", True),
+        ("V", "mV", "", False), ("V", "m", "", False), ("V", "what", "", False), ("K", "degC", "", False),
+        ("V", "mV", 'suppressUnitConversion="true"', True), ("V", "J/C", "", True), ("V", "1", "", True),
         ("V", "", "", True),
     ],
-)
+)  # fmt: skip
 def test_a_connection_that_converts_units_of_measure(
     tmp_path: Path, one: str, other: str, more: str, good: bool
 ) -> None:

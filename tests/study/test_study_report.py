@@ -311,17 +311,12 @@ def limited(limits=None, method="random"):
 @pytest.mark.parametrize(
     ("metrics", "limits", "ratio"),
     [
-        ({"m": 3.0}, {"m": 2.0}, 1.5),
-        ({"m": 3.0, "n": 8.0}, {"m": 2.0, "n": 2.0}, 4.0),
-        ({"m": math.nan}, {"m": 2.0}, math.inf),
-        ({"m": -1.0}, {"m": 0.0}, 1.0),
-        ({"m": 0.0}, {"m": 0.0}, 1.0),
-        ({"m": 1e-9}, {"m": 0.0}, math.inf),
-        ({"m": -3.0}, {"m": -2.0}, 1.0),
-        ({"m": -1.0}, {"m": -2.0}, math.inf),
+        ({"m": 3.0}, {"m": 2.0}, 1.5), ({"m": 3.0, "n": 8.0}, {"m": 2.0, "n": 2.0}, 4.0),
+        ({"m": math.nan}, {"m": 2.0}, math.inf), ({"m": -1.0}, {"m": 0.0}, 1.0), ({"m": 0.0}, {"m": 0.0}, 1.0),
+        ({"m": 1e-9}, {"m": 0.0}, math.inf), ({"m": -3.0}, {"m": -2.0}, 1.0), ({"m": -1.0}, {"m": -2.0}, math.inf),
         ({"m": 7.0, "n": 9.0}, {}, 7.0),
     ],
-)
+)  # fmt: skip
 def test_the_largest_ratio_of_a_metric_to_its_limit(metrics, limits, ratio):
     assert summary.excess(outcome(**metrics), limits) == ratio
     assert summary.excess(outcome(status="timeout", **metrics), limits) == math.inf

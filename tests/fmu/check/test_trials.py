@@ -95,25 +95,13 @@ pytestmark = pytest.mark.usefixtures("without_fmutool")
 CRASH = "*(volatile int *)8 = 1;"
 ON_NULL = f"-DFREE=if (!c) {CRASH}"
 ALL = [
-    "reading modelDescription.xml",
-    "looking for contradictions in it",
-    "looking for the binary",
-    "making an instance",
-    "reading the start values",
-    "making 100 steps",
-    "running a second instance",
-    "reading outputs between the steps",
-    "setting inputs between the steps",
-    "resetting",
-    "saving and restoring the state",
-    "freeing NULL",
-    "making steps of different lengths",
-    "checking the dependencies",
-    "comparing directional derivatives with differences",
-    "making many steps",
-    "loading and unloading",
+    "reading modelDescription.xml", "looking for contradictions in it", "looking for the binary", "making an instance",
+    "reading the start values", "making 100 steps", "running a second instance", "reading outputs between the steps",
+    "setting inputs between the steps", "resetting", "saving and restoring the state", "freeing NULL",
+    "making steps of different lengths", "checking the dependencies",
+    "comparing directional derivatives with differences", "making many steps", "loading and unloading",
     "loading from a folder with a space and non-ASCII letters",
-]
+]  # fmt: skip
 RESET = "after reset u is 0.125 instead of its start value"  # the memory of this small unit is static
 NAMES = ("der(der(x))", "previous(PI.x)")
 

@@ -249,13 +249,9 @@ def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], f
 RUN = ["--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
 DAY = 86400.0
 LOOP: dict[str, Any] = {
-    "name": "loop",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["unit"],
-    "units": {"unit": {"fmu": "x.fmu"}},
+    "name": "loop", "step": 1e-3, "stop": 0.01, "order": ["unit"], "units": {"unit": {"fmu": "x.fmu"}},
     "metrics": {"last": {"kind": "final", "signal": "unit.y"}},
-}
+}  # fmt: skip
 
 
 @pytest.fixture

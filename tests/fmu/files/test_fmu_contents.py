@@ -206,13 +206,8 @@ def test_names_of_files_follow_the_standard(tmp_path: Path) -> None:
     assert not [n for n in two if n.startswith("terminalsAndIcons")], "FMI 2.0 has no such directory"
     assert "model.png" not in three
     assert {n.split("/")[0] for n in three} == {
-        "modelDescription.xml",
-        "binaries",
-        "resources",
-        "terminalsAndIcons",
-        "documentation",
-        "extra",
-    }
+        "modelDescription.xml", "binaries", "resources", "terminalsAndIcons", "documentation", "extra",
+    }  # fmt: skip
 
 
 def test_a_graph_has_a_default_experiment(tmp_path: Path, fmi: int) -> None:

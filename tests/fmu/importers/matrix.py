@@ -127,19 +127,9 @@ def gap(got: Array, want: Array) -> float:
 
 # ---- kinds ----------------------------------------------------------------------------------------------------------
 KIND_COLUMNS = (
-    "fmpy CS 2",
-    "fmpy CS 3",
-    "fmpy uneven",
-    "fmpy ME 2",
-    "fmpy ME 3",
-    "libcosim CS 2",
-    "ecos CS 2",
-    "ecos CS 3",
-    "container 2",
-    "container 3",
-    "fmutool 2",
-    "fmutool 3",
-)
+    "fmpy CS 2", "fmpy CS 3", "fmpy uneven", "fmpy ME 2", "fmpy ME 3", "libcosim CS 2", "ecos CS 2", "ecos CS 3",
+    "container 2", "container 3", "fmutool 2", "fmutool 3",
+)  # fmt: skip
 
 
 def kind_row(key: str, model: Model, folder: Path) -> dict[str, float | str]:

@@ -31,14 +31,10 @@ BUILD = Path(__file__).parents[3] / "fmu_build" / "platforms" / "build.py"
 FOLDERS = {
     2: {"win64/m.dll", "win32/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
     3: {
-        "x86_64-windows/m.dll",
-        "x86-windows/m.dll",
-        "x86_64-linux/m.so",
-        "aarch64-linux/m.so",
-        "x86_64-darwin/m.dylib",
+        "x86_64-windows/m.dll", "x86-windows/m.dll", "x86_64-linux/m.so", "aarch64-linux/m.so", "x86_64-darwin/m.dylib",
         "aarch64-darwin/m.dylib",
     },
-}
+}  # fmt: skip
 
 
 @pytest.fixture

@@ -85,12 +85,9 @@ def test_plays_are_exact_through_turning_points(seed):
         [hy.Output("y", "m.y")],
     )
     names = [
-        ("a.gain", 0),
-        *(("p.r", i) for i in range(n)),
-        *(("p.z0", i) for i in range(n)),
-        ("m.k", n),
+        ("a.gain", 0), *(("p.r", i) for i in range(n)), *(("p.z0", i) for i in range(n)), ("m.k", n),
         *(("m.k", i) for i in range(n)),
-    ]
+    ]  # fmt: skip
     order = [0, *range(2, 2 + n), *range(2 + 2 * n, 2 + 3 * n), 1, *range(2 + n, 2 + 2 * n)]
     got = derivatives(graph, u, names, np.ones(len(names)))
     assert np.abs(got - want[:, order]).max() <= 1e-12 * np.abs(want).max()

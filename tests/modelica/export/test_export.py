@@ -67,13 +67,9 @@ def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
 
 
 TIED = [
-    Node("part", "transfer_function"),
-    Node("part", "delay", {"n": 2}),
-    Node("part", "iterative_learning"),
-    Node("part", "narx_network"),
-    Node("part", "polynomial_narx", {"n_f": 0}),
-    Node("part", "repetitive"),
-]
+    Node("part", "transfer_function"), Node("part", "delay", {"n": 2}), Node("part", "iterative_learning"),
+    Node("part", "narx_network"), Node("part", "polynomial_narx", {"n_f": 0}), Node("part", "repetitive"),
+]  # fmt: skip
 
 
 @pytest.mark.turn("exported Modelica")

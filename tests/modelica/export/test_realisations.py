@@ -70,13 +70,10 @@ def test_ports_are_in_si_units(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("unit", "expected"),
     [
-        ("um", ("m", 1e-6)),
-        ("kV/mm", ("V/m", 1e6)),
-        ("Oe", ("A/m", 1e3 / (4 * np.pi))),
-        ("", ("", 1.0)),
+        ("um", ("m", 1e-6)), ("kV/mm", ("V/m", 1e6)), ("Oe", ("A/m", 1e3 / (4 * np.pi))), ("", ("", 1.0)),
         ("furlong", ("", 1.0)),
     ],
-)
+)  # fmt: skip
 def test_unit_of_measure_in_si(unit: str, expected: tuple[str, float]) -> None:
     assert si(unit)[0] == expected[0]
     assert si(unit)[1] == pytest.approx(expected[1], rel=1e-15)

@@ -140,19 +140,10 @@ def test_arrays_sized_by_structural_parameters(tmp_path: Path) -> None:
 
 
 TYPES = {
-    "Float32_continuous": "1.5",
-    "Float64_discrete": "-2.25",
-    "Int8": "-128",
-    "UInt8": "255",
-    "Int16": "-32768",
-    "UInt16": "65535",
-    "Int32": "-2147483648",
-    "UInt32": "4294967295",
-    "Int64": "-9007199254740992",
-    "UInt64": "9007199254740992",
-    "Boolean": "1",
-    "Enumeration": "2",
-}
+    "Float32_continuous": "1.5", "Float64_discrete": "-2.25", "Int8": "-128", "UInt8": "255", "Int16": "-32768",
+    "UInt16": "65535", "Int32": "-2147483648", "UInt32": "4294967295", "Int64": "-9007199254740992",
+    "UInt64": "9007199254740992", "Boolean": "1", "Enumeration": "2",
+}  # fmt: skip
 
 
 @pytest.mark.turn("a foreign FMU alone")
@@ -274,15 +265,8 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     (tmp_path / "in.csv").write_text("t,u\n0,0\n1,1\n")
     out = tmp_path / "out.csv"
     command = [
-        "simulate",
-        str(tmp_path / "gain.fmu"),
-        "--input",
-        str(tmp_path / "in.csv"),
-        "--set",
-        "gain=-3",
-        "--stop",
-        "1",
-    ]
+        "simulate", str(tmp_path / "gain.fmu"), "--input", str(tmp_path / "in.csv"), "--set", "gain=-3", "--stop", "1",
+    ]  # fmt: skip
     done = CliRunner().invoke(main, [*command, "--step", "0.25", "-o", str(out)])
     assert done.exit_code == 0, done.output
     assert out.read_text() == "t,y\n0.0,0.0\n0.25,0.0\n0.5,-0.75\n0.75,-1.5\n1.0,-2.25\n"
