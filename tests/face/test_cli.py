@@ -32,12 +32,9 @@ def hystfmu(*arguments, cwd="."):
 def process(*arguments, cwd=None):
     """Run a command as a process, which also shows warnings and piped output."""
     return subprocess.run(
-        [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
+        [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)], capture_output=True, text=True, cwd=cwd,
         timeout=120,
-    )
+    )  # fmt: skip
 
 
 def write(path, rows, head="t,u,y"):

@@ -26,13 +26,10 @@ PLAYS = Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": 0.6, "r": [0.05, 0.2
 def plays(h: float, hold: str, zeta: float = 0.7, delay: float = 0.0) -> Model:
     """Return three plays, G0 with delay, and a readout."""
     graph = series(
-        Node("input", "scaling", {"n": 1}, {"gain": 0.02, "offset": -1.0}),
-        PLAYS,
-        *Dynamics(F_N, zeta, delay).nodes(h, hold),
-        Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
-        units=("V", "um"),
-        start=50.0,
-    )
+        Node("input", "scaling", {"n": 1}, {"gain": 0.02, "offset": -1.0}), PLAYS,
+        *Dynamics(F_N, zeta, delay).nodes(h, hold), Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
+        units=("V", "um"), start=50.0,
+    )  # fmt: skip
     return Model("g0_prandtl_ishlinskii", graph, h, "", {}, {"span_u": [0.0, 100.0]})
 
 

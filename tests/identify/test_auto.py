@@ -62,10 +62,7 @@ def automatic(plant):
     ("plant", "memory", "chosen", "limit"),
     [
         pytest.param(
-            plants.prandtl_ishlinskii,
-            "return-point",
-            {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"},
-            0.1,
+            plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"}, 0.1,
             marks=pytest.mark.stress,
         ),
         (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
@@ -78,7 +75,7 @@ def automatic(plant):
             marks=pytest.mark.stress,
         ),
     ],
-)
+)  # fmt: skip
 def test_each_class_of_memory(plant, memory, chosen, limit):
     """`limit`: %FS on nested reversals; that of the last extremum is unbounded, and the network is limited."""
     m, fractions = automatic(plant)

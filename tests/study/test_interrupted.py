@@ -55,13 +55,9 @@ def quiet(write: Any, tmp_path: Path) -> bytes:
 def start(program: str, path: Path, folder: Path, **more: Any) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     return subprocess.Popen(
-        [sys.executable, "-c", program, str(path), str(folder)],
-        env=environment,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        **more,
-    )
+        [sys.executable, "-c", program, str(path), str(folder)], env=environment, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, **more,
+    )  # fmt: skip
 
 
 def rows(folder: Path) -> int:

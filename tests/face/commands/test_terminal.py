@@ -43,14 +43,9 @@ def at_terminal(
     shown, sent, end = b"", False, time.monotonic() + 120
     with (cwd / "stdout").open("wb") as out:
         process = subprocess.Popen(
-            words_of(*words),
-            cwd=cwd,
-            env=os.environ | more,
-            stdout=theirs if both else out,
-            stderr=theirs,
-            stdin=subprocess.DEVNULL,
-            preexec_fn=_hear_interrupts,
-        )
+            words_of(*words), cwd=cwd, env=os.environ | more, stdout=theirs if both else out, stderr=theirs,
+            stdin=subprocess.DEVNULL, preexec_fn=_hear_interrupts,
+        )  # fmt: skip
     os.close(theirs)
     with contextlib.suppress(OSError):  # Linux tells so that the other side is closed
         while (part := os.read(ours, 65536)) and time.monotonic() < end:

@@ -212,13 +212,9 @@ def as_one(case: object, fmi: int, names: list[str], want: Array, work: Path) ->
         outputs = [name.replace(".", "_") for name in names]
     step = case.step  # type: ignore[attr-defined]
     result = fmpy.simulate_fmu(
-        str(fmu),
-        stop_time=(len(want) - 1) * step,
-        step_size=step,
-        output_interval=step,
-        output=outputs,
+        str(fmu), stop_time=(len(want) - 1) * step, step_size=step, output_interval=step, output=outputs,
         fmi_type="CoSimulation",
-    )
+    )  # fmt: skip
     got = np.column_stack([result[name] for name in outputs])[: len(want)]
     span = np.ptp(want, axis=0)
     return float((np.abs(got - want) / np.where(span > 0, span, 1.0)).max())

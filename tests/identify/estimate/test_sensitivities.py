@@ -115,15 +115,9 @@ def test_bouc_wen_by_the_variational_equations(beta, gamma, n):
             s, at = np.sign(b - a), a
             while at != b:
                 rest = solve_ivp(
-                    lambda x, q, s: rates(x, s, q),
-                    (at, b),
-                    q,
-                    "DOP853",
-                    rtol=1e-11,
-                    atol=1e-13,
-                    args=(s,),
+                    lambda x, q, s: rates(x, s, q), (at, b), q, "DOP853", rtol=1e-11, atol=1e-13, args=(s,),
                     events=cross if q[0] else None,
-                )
+                )  # fmt: skip
                 at, q = rest.t[-1], rest.y[:, -1].copy()
                 if at != b:
                     q[0] = 0.0

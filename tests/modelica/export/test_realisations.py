@@ -157,12 +157,9 @@ def two_ports(*behind: Node) -> Model:
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
     inputs = [Input("u", ("add.u[1]",)), Input("d", ("add.u[2]",), unit="V")]
     return Model(
-        "made",
-        Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]),
-        1e-3,
-        "two ports",
+        "made", Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]), 1e-3, "two ports",
         provenance={"span_u": [-1.0, 1.0]},
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.stress
