@@ -165,14 +165,11 @@ def test_a_new_file_follows_the_umask_and_a_link_stays(folder: Path) -> None:
 
 
 @pytest.mark.turn("foreign code")
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "mkfifo(FILE, 0600)",
-        pytest.param('symlink("/dev/zero", FILE)', marks=pytest.mark.stress),
-        pytest.param('symlink("/etc/passwd", FILE)', marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize("kind", [
+    "mkfifo(FILE, 0600)",
+    pytest.param('symlink("/dev/zero", FILE)', marks=pytest.mark.stress),
+    pytest.param('symlink("/etc/passwd", FILE)', marks=pytest.mark.stress),
+])  # fmt: skip
 def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

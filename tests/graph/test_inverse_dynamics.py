@@ -244,15 +244,12 @@ def test_the_fit_says_what_an_ordinary_error_is() -> None:
     assert made.node("ports").value("gain") == pytest.approx(1 / 30)
 
 
-@pytest.mark.parametrize(
-    ("change", "options", "said"),
-    [
-        ({}, {"f_x": 1.0}, "Got 'f_x' instead"),
-        ({}, {"delay": 0.5}, "The option 'delay' must be a whole number of steps. Got 0.5 instead."),
-        ({"w": [0.4, -0.2]}, {}, "must not be negative"),
-        ({"w0": 0.0}, {}, "w0 greater than 0"),
-    ],
-)
+@pytest.mark.parametrize(("change", "options", "said"), [
+    ({}, {"f_x": 1.0}, "Got 'f_x' instead"),
+    ({}, {"delay": 0.5}, "The option 'delay' must be a whole number of steps. Got 0.5 instead."),
+    ({"w": [0.4, -0.2]}, {}, "must not be negative"),
+    ({"w0": 0.0}, {}, "w0 greater than 0"),
+])  # fmt: skip
 def test_a_model_without_such_an_inverse_is_refused_in_one_line(
     change: dict[str, object], options: dict[str, float], said: str
 ) -> None:

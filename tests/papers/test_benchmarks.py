@@ -34,15 +34,12 @@ def test_turning_points_under_noise_and_on_plateaus():
 
 @pytest.mark.some(3)
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
-@pytest.mark.parametrize(
-    ("plant", "memory"),
-    [
-        (plants.prandtl_ishlinskii, "return-point"),
-        (plants.asymmetric, "return-point"),
-        (plants.bouc_wen, "no return-point"),
-        (lambda u: plants.bouc_wen(u, b=0.3, n=2.0), "no return-point"),
-    ],
-)
+@pytest.mark.parametrize(("plant", "memory"), [
+    (plants.prandtl_ishlinskii, "return-point"),
+    (plants.asymmetric, "return-point"),
+    (plants.bouc_wen, "no return-point"),
+    (lambda u: plants.bouc_wen(u, b=0.3, n=2.0), "no return-point"),
+])  # fmt: skip
 def test_minor_loops_tell_the_class_of_memory(plant, memory, noise):
     u = signals.training(60, 1)
     y = plant(u)

@@ -97,13 +97,10 @@ def test_what_cannot_be_stable_is_refused_with_what_is_reachable(designed: tuple
     assert command(*asked, "--cutoff", reachable).exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("words", "rule"),
-    [
-        (["--frequency", 103], "whole number of steps"), (["--frequency", 100, "--period", 0.01], "Got both"),
-        (["--gain", 1.5], "gain"), (["--cutoff", 6000], "cutoff"), (["--period", "nan"], "period"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "rule"), [
+    (["--frequency", 103], "whole number of steps"), (["--frequency", 100, "--period", 0.01], "Got both"),
+    (["--gain", 1.5], "gain"), (["--cutoff", 6000], "cutoff"), (["--period", "nan"], "period"),
+])  # fmt: skip
 def test_bad_words_are_refused_in_one_line(designed: tuple[Path, Result], words: list[object], rule: str) -> None:
     folder, _ = designed
     refused = command("design", "repetitive", folder / "loop", "-o", folder / "none", *words)

@@ -166,18 +166,15 @@ def test_a_new_metric_or_case_needs_a_new_baseline(loop: Any, write: Any) -> Non
     assert run(folder).failures() == ["loop/nominal: no baseline: run with --record"]
 
 
-@pytest.mark.parametrize(
-    ("file", "text", "words"),
-    [
-        ("baseline.toml", "case = 1\n", ["baseline.toml", "case"]),
-        ("baseline.csv", "", ["baseline.csv", "empty"]),
-        ("baseline.csv", "a,b\nnominal,0,x,1\n", ["baseline.csv", "line 1"]),
-        ("baseline.csv", "case,t\r,u\n", ["baseline.csv", "first line"]),
-        ("baseline.csv", "case,t,u\nnominal,0,nan\n", ["baseline.csv", "line 2", "2 numbers"]),
-        ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,x,1\n", ["baseline.csv", "line 2", "'x'"]),
-        ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,1\n", ["baseline.csv", "line 2", "3 numbers"]),
-    ],
-)
+@pytest.mark.parametrize(("file", "text", "words"), [
+    ("baseline.toml", "case = 1\n", ["baseline.toml", "case"]),
+    ("baseline.csv", "", ["baseline.csv", "empty"]),
+    ("baseline.csv", "a,b\nnominal,0,x,1\n", ["baseline.csv", "line 1"]),
+    ("baseline.csv", "case,t\r,u\n", ["baseline.csv", "first line"]),
+    ("baseline.csv", "case,t,u\nnominal,0,nan\n", ["baseline.csv", "line 2", "2 numbers"]),
+    ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,x,1\n", ["baseline.csv", "line 2", "'x'"]),
+    ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,1\n", ["baseline.csv", "line 2", "3 numbers"]),
+])  # fmt: skip
 def test_a_damaged_baseline_is_bad_input(loop: Any, write: Any, file: str, text: str, words: list[str]) -> None:
     folder = write(loop)
     run(folder, record=True)
