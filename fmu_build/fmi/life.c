@@ -201,19 +201,13 @@ static fmi_status advance(instance *i, double t, double h, double length) {
 }
 
 /* After an overflow the memory is not finite either.  Its copy before every step would cost more than most steps. */
-static fmi_status refuse_overflow(const instance *i, const hyst_port *p, double value) {
-  char t[32];
-  return fmi_refuse(i, "'%s' is %s at t = %s s.", p->name, value != value ? "NaN" : "infinite",
-                    hyst_number(t, sizeof t, i->run.t));
-}
-
 static fmi_status examine_step(const instance *i) {
   const hyst_graph *g = i->graph;
   for (const hyst_port *p = g->ports + g->first_output; p < g->ports + g->end_output; p++)
     for (int64_t e = 0; p->kind == HYST_OUTPUT && e < p->size; e++)
-      if (!fmi_is_finite(p->value[e])) return refuse_overflow(i, p, p->value[e]);
+      if (!fmi_is_finite(p->value[e])) return fmi_overflowed(i, p, p->value[e], FMI_ERROR);
   for (const hyst_port *p = i->continuous; p < i->continuous + i->n_continuous; p++)
-    if (!fmi_is_finite(*p->value)) return refuse_overflow(i, p, *p->value);
+    if (!fmi_is_finite(*p->value)) return fmi_overflowed(i, p, *p->value, FMI_ERROR);
   return FMI_OK;
 }
 

@@ -48,11 +48,12 @@ static fmi_status wait_for_input(instance *i, const hyst_port *p, int64_t elemen
   return FMI_DISCARD;
 }
 
-fmi_status fmi_overflowed(const instance *i, const hyst_port *p, double value) {
+fmi_status fmi_overflowed(const instance *i, const hyst_port *p, double value, fmi_status status) {
+  const int error = status == FMI_ERROR;
   char t[32];
-  fmi_log(i, FMI_WARNING, FMI_LOG_WARNING, "'%s' is %s at t = %s s.", p->name, value != value ? "NaN" : "infinite",
-          hyst_number(t, sizeof t, i->run.t));
-  return FMI_DISCARD;
+  fmi_log(i, error ? FMI_ERROR : FMI_WARNING, error ? FMI_LOG_ERROR : FMI_LOG_WARNING, "'%s' is %s at t = %s s.",
+          p->name, value != value ? "NaN" : "infinite", hyst_number(t, sizeof t, i->run.t));
+  return status;
 }
 
 fmi_status fmi_examine_state(const instance *i, const hyst_port *p, double value) {

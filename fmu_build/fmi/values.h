@@ -25,12 +25,13 @@ static inline const hyst_port *fmi_found(const instance *i, uint32_t reference) 
 }
 /* makes new parameter values effective, for the current step */
 fmi_status fmi_prepare(instance *i);
+/* reports a value that is not finite, as an error or as a warning, and returns the status Error or Discard */
+fmi_status fmi_overflowed(const instance *i, const hyst_port *p, double value, fmi_status status);
 /* Reads an element.  *status becomes Discard after a warning if the value is not finite, which only outputs, states and
  * derivatives can be. */
-fmi_status fmi_overflowed(const instance *i, const hyst_port *p, double value);
 static inline double fmi_read(const instance *i, const hyst_port *p, int64_t element, fmi_status *status) {
   const double value = p->value[element];
-  if (!fmi_is_finite(value)) *status = fmi_overflowed(i, p, value);
+  if (!fmi_is_finite(value)) *status = fmi_overflowed(i, p, value, FMI_DISCARD);
   return value;
 }
 /* Checks whether an element may be set to a value now; fmi_set() sets it.  A call sets all its values or none. */

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hystfmu.base import Array, InputError, checked
@@ -42,6 +44,7 @@ class Unit:
         self._names: dict[str, tuple[Port, int]] = {
             name: (p, p.reference + i) for p in graph.ports for i, name in enumerate(p.scalar_names)
         }
+        self._outputs = {name: k for name, (p, k) in self._names.items() if p.kind == "output"}
         self._period = sample_time(graph)
         self._initialized = False
         self._start = 0.0
@@ -116,7 +119,7 @@ class Unit:
         ------
         InputError
             The unit is not initialised, the step is not finite and positive, the step is not a multiple of the sample
-            time, or the C core refuses the step.
+            time, the C core refuses the step, or an output is not finite after the step.
         """
         if not self._initialized:
             raise InputError("The unit must be initialized before a step. Got do_step() before initialize().")
@@ -127,6 +130,9 @@ class Unit:
         for k in range(n):
             begin, rest = t + k * length, length if k + 1 < n else h - k * length
             self._executor.step(self._executor.end_of_step(self._start, begin, rest), length)
+        for name, reference in self._outputs.items():  # the FMU returns an error with the same text
+            if not math.isfinite(value := self._executor.get(reference)):
+                raise InputError(f"{name!r} is {'NaN' if math.isnan(value) else 'infinite'} at t = {t + h:g} s.")
 
     def tangent(self, t: float, du: Array) -> Array:
         """Return the exact tangent of the outputs for the present inputs. At a kink, the tangent is one-sided.

@@ -33,10 +33,7 @@ static void leave_always(void) {
   pthread_create(&thread, 0, leave_on, 0);
 }
 """
-WAYS = {
-    "symlink": "if (symlink(SECRET, RESULT)) return",
-    "hard link": "if (link(SECRET, RESULT)) return",
-}
+WAYS = {"symlink": "if (symlink(SECRET, RESULT)) return", "hard link": "if (link(SECRET, RESULT)) return"}
 COMMANDS = {  # and what they read from the folder of the FMU
     "simulate FOLDER/bad.fmu --step 1e-3 --stop 0.01 -o FOLDER/out.csv": ["values"],
     "run FOLDER --engine native": ["ended.json"],
@@ -59,6 +56,7 @@ NUMBERS, NUMBER = b"secret!\n" * 1000, "7.09521347"  # how it reads as a number
 SECRETS = {"values": NUMBERS, "ended.json": json.dumps(NOTES).encode(), "result.json": json.dumps(NOTES).encode()}
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.parametrize(
     ("way", "more"),
     [

@@ -38,13 +38,9 @@ WRITERS = [
 REFUSED = ("a device, pipe or socket", "must stay within the folder of the scenarios")  # a link leads to the device
 PEAK = {"peak": {"kind": "peak", "signal": "m.y"}}
 GOOD: dict[str, Any] = {
-    "name": "good",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["command"],
-    "units": {"command": {"block": "disturbance"}},
+    "name": "good", "step": 1e-3, "stop": 0.01, "order": ["command"], "units": {"command": {"block": "disturbance"}},
     "metrics": {"peak": {"kind": "peak", "signal": "command.d", "limit": 9.0}},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
@@ -168,6 +164,7 @@ def test_a_new_file_follows_the_umask_and_a_link_stays(folder: Path) -> None:
     assert sorted(os.listdir(folder / "there")) == ["x", "x.fmu", "x.ssp"]  # no temporary file
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.parametrize(
     "kind",
     [

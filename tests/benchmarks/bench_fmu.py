@@ -76,20 +76,9 @@ def command(*words, makes=None, seconds=600, **options):
 def compiled(folder, source, *flags):
     target = folder / source.replace(".c", ".so")
     command(
-        "cc",
-        "-std=gnu99",
-        "-O3",
-        *HEADERS,
-        f"-I{folder}",
-        f"-I{HERE}",
-        HERE / source,
-        "-o",
-        target,
-        "-shared",
-        "-fPIC",
-        "-lm",
-        *flags,
-    )
+        "cc", "-std=gnu99", "-O3", *HEADERS, f"-I{folder}", f"-I{HERE}", HERE / source, "-o", target, "-shared",
+        "-fPIC", "-lm", *flags,
+    )  # fmt: skip
     return target
 
 

@@ -143,7 +143,7 @@ def test_short_rows_few_rows_no_rows_binary_and_size(tmp_path):
     path.write_bytes(b"t,u,y\n\x00\x01,2\n")
     refused(path, "line 2", "must be text. Got the character 0x00")
     path.write_bytes(b"t,u,y\n\x81\xfe,2\n")
-    refused(path, "line 2", "UTF-8, UTF-16 or cp1252. Got the byte 0x81: save the file as UTF-8")
+    refused(path, "line 2", "UTF-8, UTF-16, cp1252 or cp932. Got the byte 0x81: save the file as UTF-8")
     refused(write(tmp_path / "p.csv", rows()), "at most 100 bytes", most=100)
 
 

@@ -29,7 +29,7 @@ def outcome(path, kind) -> str:
     return "right" if right else "wrong"
 
 
-@pytest.mark.some(8)
+@pytest.mark.some(4)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_file_is_read_at_the_first_call(kind, tmp_path):
     for package, kinds in (("h5py", "HDF5"), ("pyarrow", "parquet feather"), ("openpyxl", "xlsx"), ("nptdms", "TDMS")):

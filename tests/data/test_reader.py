@@ -7,6 +7,7 @@ import subprocess
 import sys
 import zipfile
 
+import lab_files
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -36,16 +37,9 @@ def text(head, rows, encoding="utf-8", newline="\n", tail="\n"):
 GERMAN = ["Zeit [ms];Spannung [V];Weg [µm]"]
 PREAMBLE = ["Messung;Piezo 3", "Datum;22.11.2026", "Abtastrate;2000", ""]
 LABVIEW = [
-    "LabVIEW Measurement\t",
-    "Writer_Version\t2",
-    "Separator\tTab",
-    "Decimal_Separator\t,",
-    "***End_of_Header***\t",
-    "Channels\t2\t\t",
-    "Samples\t40\t40\t",
-    "***End_of_Header***\t\t\t",
-    "X_Value\tSpannung [V]\tWeg [um]\tComment",
-]
+    "LabVIEW Measurement\t", "Writer_Version\t2", "Separator\tTab", "Decimal_Separator\t,", "***End_of_Header***\t",
+    "Channels\t2\t\t", "Samples\t40\t40\t", "***End_of_Header***\t\t\t", "X_Value\tSpannung [V]\tWeg [um]\tComment",
+]  # fmt: skip
 
 
 def quoted(row):
@@ -82,6 +76,20 @@ def in_group(file):
     for name, column, unit in (("t", T * 1e3, "ms"), ("u", U, "V"), ("y", Y, "µm")):
         file.create_dataset(f"run/{name}", data=column).attrs["units"] = unit
     file.create_dataset("run/fs", data=[2000.0])
+
+
+def formulas():
+    """As programs write workbooks that no spreadsheet has computed yet."""
+    book, out = pytest.importorskip("openpyxl").Workbook(), io.BytesIO()
+    for row in (("t [ms]", "u [V]", "y [um]"), *((k, k % 3, f"=B{k + 2}/2") for k in range(9))):
+        book.active.append(row)
+    book.save(out)
+    return out.getvalue()
+
+
+def later_channel():
+    pytest.importorskip("nptdms")
+    return lab_files.tdms(later=2)
 
 
 def as_netcdf(file, missing=-1.0):
@@ -204,6 +212,7 @@ VARIANTS = {
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
 
 
+@pytest.mark.some(15)
 @pytest.mark.parametrize("name", VARIANTS)
 def test_a_file_is_read_to_the_truth(name, tmp_path):
     file, content, options = VARIANTS[name]
@@ -258,6 +267,8 @@ def test_one_line_says_what_was_assumed(tmp_path):
     )
     path.write_bytes(text(["t,u,y"], lines(",", factor=1.0)))
     assert "time 't' in s (no unit of measure is stated)" in read(path).read_as
+    path.write_bytes(text(["時間 [ms],電圧 [V],変位 [μm]"], lines(","), "cp932"))
+    assert "cp932; time '時間 [ms]' in ms, input '電圧 [V]', output '変位 [μm]'" in read(path).read_as
 
 
 @pytest.mark.parametrize("heading", ["t;voltage [V];strain [%]", "t;temperature;y", "t;u;reading"])
@@ -355,6 +366,10 @@ REFUSED = {
         lambda: hdf5(with_two_rates), {"input": "fast/u", "output": "slow/y"},
         ["equal time steps", "'fast/u' (0.0001 s), 'slow/y' (0.0005 s)"],
     ),
+    "channels of different first times": (
+        later_channel, {}, ["equal first times", "'Spannung' (0 s), 'Weg' (0.001 s)"],
+    ),
+    "formulas without stored values": (formulas, {}, ["line 2", "'y'", "no stored value (save in Excel): =B2/2"]),
     "a missing value of netCDF": (
         lambda: hdf5(lambda file: as_netcdf(file, 1e9)), {}, ["row 4", "'y' column must hold finite numbers", "nan"],
     ),
@@ -369,6 +384,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.some(15)
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
     content, options, words = REFUSED[name]

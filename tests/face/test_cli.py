@@ -32,12 +32,9 @@ def hystfmu(*arguments, cwd="."):
 def process(*arguments, cwd=None):
     """Run a command as a process, which also shows warnings and piped output."""
     return subprocess.run(
-        [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
+        [sys.executable, "-m", "hystfmu.cli", *map(str, arguments)], capture_output=True, text=True, cwd=cwd,
         timeout=120,
-    )
+    )  # fmt: skip
 
 
 def write(path, rows, head="t,u,y"):
@@ -66,6 +63,7 @@ def fitted(tmp_path_factory):
     return folder, done.stdout
 
 
+@pytest.mark.turn("a terminal")
 def test_fit_prints_one_table_and_no_escape_codes_in_a_pipe(fitted):
     folder, out = fitted
     read, head = out.splitlines()[:2]
@@ -88,7 +86,7 @@ def test_fit_as_json(fitted):
     assert result["rms_percent"] < 1
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a terminal")
 def test_predict_export_validate_inverse(fitted, tmp_path, monkeypatch):
     monkeypatch.setitem(
         sys.modules, "fmu_manipulation_toolbox", None

@@ -78,6 +78,7 @@ def test_without_torch_networks_are_trained_and_inverted(folder: Path):
     assert "pip install" not in done.stdout
 
 
+@pytest.mark.turn("imports")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("hidden", "study"),

@@ -35,6 +35,7 @@ def values(cases: Cases, engine: str) -> list[bytes]:
     return [simulate(build(c), engine).values.tobytes() for c in cases.cases]  # type: ignore[arg-type]
 
 
+@pytest.mark.turn("scenarios of the face")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 def test_built_saved_and_read_it_has_the_same_bits(plant: hy.Model, tmp_path: Path, engine: str):
@@ -110,7 +111,7 @@ def test_a_copy_of_a_shipped_scenario_runs_the_same_systems(name: str, tmp_path:
     assert made == shipped
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("scenarios of the face")
 def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, tmp_path: Path):
     plant.save(tmp_path / "p.model.toml")
     plant.export(tmp_path / "p.fmu")
@@ -125,11 +126,8 @@ def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, 
     chain.metric("same", "max_percent", "foreign.y", against="memory.y", limit=0.0)
     folder = chain.save(tmp_path / "chain")
     assert {p.name for p in folder.iterdir()} == {
-        "scenario.toml",
-        "memory.model.toml",
-        "foreign.fmu",
-        "wait.model.toml",
-    }
+        "scenario.toml", "memory.model.toml", "foreign.fmu", "wait.model.toml",
+    }  # fmt: skip
     assert hy.run(folder).passed
 
 

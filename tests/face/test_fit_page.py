@@ -173,6 +173,7 @@ def in_order(n: int, share: float) -> int:
     return int(np.ceil((n + 1) * share)) - 1
 
 
+@pytest.mark.turn("held-out records")
 @pytest.mark.parametrize("memory", [1, 10, 60])
 def test_the_stated_share_of_another_record_is_inside(memory: int) -> None:
     rng = np.random.default_rng(DRAWS)
@@ -180,7 +181,7 @@ def test_the_stated_share_of_another_record_is_inside(memory: int) -> None:
     enough([covered(given, other) for given, other in pairs])
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("held-out records")
 def test_rows_are_not_counted_as_independent() -> None:
     """A record of seven memories: the quantile of its rows covers too little, the interval over blocks does not."""
     rng = np.random.default_rng(5)
@@ -207,7 +208,7 @@ def fitted_shares(seeds: int) -> list[float]:
     return shares
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("held-out records")
 def test_the_rows_of_another_record_of_a_fit_are_inside() -> None:
     enough(fitted_shares(6))
 

@@ -108,6 +108,7 @@ def test_without_matplotlib_one_line_names_the_extra(data: hy.Dataset, monkeypat
     assert data.plot()._repr_html_().startswith("<svg")
 
 
+@pytest.mark.turn("imports")
 def test_plots_do_not_import_matplotlib() -> None:
     code = "import sys, hystfmu as hy; hy.synthetic.piezo(20).plot()._repr_html_(); print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)

@@ -127,6 +127,7 @@ def _run(graph: Graph, folder: Path, fmi: int, library: Path) -> np.ndarray:
     return np.array(y)
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.parametrize(
     ("fmi", "compiler"),
     [(2, "gcc"), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((3, "gcc"), (2, "clang++"), (3, "clang++")))],
@@ -162,7 +163,7 @@ def test_fmpy_builds_it(tmp_path: Path, fmi: int) -> None:
     assert hy.validate(tmp_path / "built.zip") == []
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("compiled loops")
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_build_description(tmp_path: Path) -> None:
     """FMI 3.0: the file is valid and has the options for equal bits; FMI 2.0: each interface lists the files."""

@@ -219,12 +219,8 @@ def test_round_trip_keeps_every_bit(tmp_path):
     second = Model.load(tmp_path / "m.model.toml")
     assert second.graph.to_bytes() == first.graph.to_bytes()
     assert (second.key, second.step, second.text, second.fit, second.provenance) == (
-        first.key,
-        first.step,
-        first.text,
-        first.fit,
-        first.provenance,
-    )
+        first.key, first.step, first.text, first.fit, first.provenance,
+    )  # fmt: skip
     assert not list(tmp_path.glob(".*")), "a temporary file was left"
 
 

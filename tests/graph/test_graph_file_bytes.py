@@ -176,13 +176,10 @@ def test_as_many_blocks_as_the_limit() -> None:
 @pytest.mark.parametrize(
     ("starts", "counts", "sentence"),
     [
-        ([np.nan], {}, f"{DAMAGED}: start value of an input"),
-        ([np.inf], {}, f"{DAMAGED}: start value of an input"),
-        ([0.0], {"starts": 2**31}, f"{DAMAGED}: number of inputs"),
-        ([0.0, 1.0], {}, ""),
-        ([], {}, WIRING),
+        ([np.nan], {}, f"{DAMAGED}: start value of an input"), ([np.inf], {}, f"{DAMAGED}: start value of an input"),
+        ([0.0], {"starts": 2**31}, f"{DAMAGED}: number of inputs"), ([0.0, 1.0], {}, ""), ([], {}, WIRING),
     ],
-)
+)  # fmt: skip
 def test_inputs(starts: list[float], counts: dict[str, int], sentence: str) -> None:
     assert said(chain(starts=starts, counts=counts)).startswith(sentence)
     assert bool(said(chain(starts=starts, counts=counts))) == bool(sentence)

@@ -78,12 +78,8 @@ def loop():
         Node("play", "prandtl_ishlinskii", {}, {"w0": 0.4, "r": [0.1, 0.2], "w": [0.3, 0.6]}),
     ]
     wires = [
-        ("g0.y", "error.u[2]"),
-        ("error.y", "play.u"),
-        ("play.y", "g0.u"),
-        ("play.y", "lag.u"),
-        ("lag.y", "error.u[3]"),
-    ]
+        ("g0.y", "error.u[2]"), ("error.y", "play.u"), ("play.y", "g0.u"), ("play.y", "lag.u"), ("lag.y", "error.u[3]"),
+    ]  # fmt: skip
     ins = [Input("r", ("error.u[1]",))]
     return Graph(nodes, wires, ins, [Output("y", "g0.y"), Output("v", "play.y"), Output("q", "lag.y")])
 

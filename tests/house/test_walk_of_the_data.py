@@ -78,6 +78,7 @@ def test_a_kind_by_name(record):
     assert len(climbs(way)) <= 2, "\n".join([*climbs(way), "", told])
 
 
+@pytest.mark.turn("the choice of a kind")
 def test_a_choice_that_ends_at_the_true_kind(record):
     """Two kinds are fitted; each kind that a noisy record asks for adds its own functions (61 in all, 7 climbs)."""
     way = walk(lambda: hy.fit(record))

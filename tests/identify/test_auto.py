@@ -56,15 +56,13 @@ def automatic(plant):
     return fit(Dataset.from_signal(U, plant(U), 1e-3), "auto", progress=fractions.append), fractions
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("the choice of a kind")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("plant", "memory", "chosen", "limit"),
     [
         pytest.param(
-            plants.prandtl_ishlinskii,
-            "return-point",
-            {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"},
-            0.1,
+            plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"}, 0.1,
             marks=pytest.mark.stress,
         ),
         (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
@@ -77,7 +75,7 @@ def automatic(plant):
             marks=pytest.mark.stress,
         ),
     ],
-)
+)  # fmt: skip
 def test_each_class_of_memory(plant, memory, chosen, limit):
     """`limit`: %FS on nested reversals; that of the last extremum is unbounded, and the network is limited."""
     m, fractions = automatic(plant)
@@ -137,7 +135,8 @@ def test_few_rows_leave_out_large_models(only):
         fit(data, "auto")
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("the choice of a kind")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "names",
     [
@@ -182,6 +181,7 @@ def test_an_output_that_no_kind_follows_is_refused_with_the_reason(only):
         fit(Dataset.from_signal(U, y), "auto")
 
 
+@pytest.mark.turn("the choice of a kind")
 def test_only_models_with_a_useful_inverse_compete(only):
     only("prandtl_ishlinskii", "krasnoselskii_pokrovskii")
 

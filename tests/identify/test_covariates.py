@@ -176,6 +176,7 @@ def test_the_unit_takes_them_step_by_step(model, data):
     np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_fmu_has_them_as_inputs_with_units_of_measure(model, fmi, tmp_path):

@@ -409,17 +409,13 @@ def test_fifty_samples_a_cycle(samples, words):
 @pytest.mark.parametrize(
     ("levels", "loops", "memory", "words"),
     [
-        ([0, 1, 0], 5, UNKNOWN, ["one decaying"]),
-        ([0, 1, 0, 1], 5, UNKNOWN, ["one decaying"]),
-        ([0, 1, 0, 2], 5, UNKNOWN, []),
-        ([0, 1, 0, 2], 0, UNKNOWN, ["closes no minor loop"]),
-        ([0, 1, 0, 1.009], 5, UNKNOWN, ["one decaying"]),
-        ([0, 1, 0, 1.012], 5, UNKNOWN, []),
-        ([0, 3, 0, 3, 0.4, 3.0], 5, UNKNOWN, ["one decaying"]),
-        ([0, 1, 0, 2], 5, NONE, ["thinner than 0.1 %"]),
+        ([0, 1, 0], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 1], 5, UNKNOWN, ["one decaying"]),
+        ([0, 1, 0, 2], 5, UNKNOWN, []), ([0, 1, 0, 2], 0, UNKNOWN, ["closes no minor loop"]),
+        ([0, 1, 0, 1.009], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 1.012], 5, UNKNOWN, []),
+        ([0, 3, 0, 3, 0.4, 3.0], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 2], 5, NONE, ["thinner than 0.1 %"]),
         ([0, 1, 0, 1], 0, NONE, ["thinner than 0.1 %", "one decaying"]),
     ],
-)
+)  # fmt: skip
 def test_excitation_that_is_not_informative(levels, loops, memory, words):
     found = minor_loops._warnings(np.array(levels, float), loops, memory)
     assert len(found) == len(words)

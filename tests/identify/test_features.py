@@ -5,10 +5,7 @@ import pytest
 from numpy.polynomial import legendre
 
 from hystfmu.graph.recursion import lag, parallel_lags
-from hystfmu.identify.features import (
-    bent_sum,
-    smooth_density,
-)
+from hystfmu.identify.features import bent_sum, smooth_density
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.features.straightened import straightened
 from hystfmu.identify.methods import constraint_factor_mlp as constraint_factor

@@ -83,6 +83,7 @@ def test_a_dashpot_in_series_with_bouc_wen():
     assert reached("Spencer's MR damper", "bouc_wen_parallel", "chirp", seed=65228) <= 1.2
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("form", ["chirp", "decaying sine"])
 def test_back_relaxation(form):
@@ -102,7 +103,7 @@ def test_relays_stand_behind_a_bend():
     assert reached("ferroelectric butterfly", "actuator", operator="relays", dynamics="no", creep="no") <= 1.5
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("dynamics of a fit")
 def test_one_decaying_sine_shows_the_dynamics_behind_an_operator():
     """A Coleman-Hodgdon piezo with a mode of 250 Hz and two rows of delay; `actuator` leaves 0.5 %."""
     assert reached("Coleman-Hodgdon piezo, mode, delay", "g0_bouc_wen", "decaying sine") <= 0.05

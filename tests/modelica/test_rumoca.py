@@ -15,7 +15,7 @@ def complaint(source: str, folder: Path) -> str:
     return simulate.rumoca(file, "M", "0.3", "0.1", "1e-6", folder / "r.npz", packages=packages)
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("component", "inputs", "message"),
     [

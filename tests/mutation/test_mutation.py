@@ -28,22 +28,19 @@ def f(x: int = 3):
     return -x
 '''
 PYTHON_LINES = [
-    "def f(x: int = 4):",
-    "if x <= 1 and not g(x):",
-    "if x >= 1 and not g(x):",
-    "if x < 2 and not g(x):",
-    "if x < 1 or not g(x):",
-    "if x < 1 and g(x):",
-    "if (not (x < 1 and not g(x))):",
-    "pass",
-    "pass",
-    "return None",
+    "def f(x: int = 4):", "if x <= 1 and not g(x):", "if x >= 1 and not g(x):", "if x < 2 and not g(x):",
+    "if x < 1 or not g(x):", "if x < 1 and g(x):", "if (not (x < 1 and not g(x))):", "pass", "pass", "return None",
     "return x",
-]
+]  # fmt: skip
 C = """#include "a-b.h" /* a < b */
 static double f(const double *x, int n) {
   if (n > 0 && x[0] != 2.5) g("a + b", n);
   return -x[n] * n;
+}
+typedef struct { char magic[8]; } head;
+static void g(int n) {
+  char why[64];
+  take(malloc(n + 1), calloc(4, n / 3));
 }
 """
 C_LINES = [
@@ -59,6 +56,11 @@ C_LINES = [
     "return x[n] * n;",
     "return -x[n] / n;",
     "return 0;",
+    "typedef struct { char magic[9]; } head;",  # the sizes in g() stay: with more memory it does the same
+    "take(malloc(n - 1), calloc(4, n / 3));",
+    "take(malloc(n + 1), calloc(4, n * 3));",
+    "take(malloc(n + 1), calloc(4, n / 4));",
+    ";",
 ]
 
 

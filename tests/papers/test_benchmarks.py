@@ -145,11 +145,8 @@ def test_piezo_table_without_data_is_what_was_published(tmp_path):
     assert done.exit_code == 0
     (report,) = json.loads(done.output)
     assert [(r["printed"], r["reported"]) for r in report["rows"]] == [
-        (1.68, None),
-        (0.58, None),
-        (None, 0.316),
-        (None, 0.285),
-    ]
+        (1.68, None), (0.58, None), (None, 0.316), (None, 0.285),
+    ]  # fmt: skip
     assert "--data" in report["notes"][0]
     for more in ([], ["--data", str(tmp_path / "none")]):
         done = CliRunner().invoke(main, ["reproduce", "dbo_piezo", *more])

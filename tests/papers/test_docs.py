@@ -78,6 +78,7 @@ def test_networks_have_five_seeds_and_a_range(paper):
             assert low is None or low <= row[name] <= high, row["quantity"]
 
 
+@pytest.mark.turn("figures of papers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("paper", COMPLETE)
 def test_quick_rows_are_those_that_were_recorded(paper):

@@ -216,6 +216,7 @@ def by_hand(model, u):
     return np.array(out)
 
 
+@pytest.mark.turn("figures of papers")
 @pytest.mark.some(2)
 @pytest.mark.parametrize("lags", [(3, 2, 0, 1, 2), (2, 0, 0, 1, 3), (2, 2, 2, 1, 1), (3, 3, 0, 0, 2), (1, 1, 1, 0, 2)])
 def test_free_run_against_a_plain_loop(data, lags, tmp_path):
@@ -228,6 +229,7 @@ def test_free_run_against_a_plain_loop(data, lags, tmp_path):
     assert m.fit["parameters"] == count(n_u + n_f + n_y, q)
 
 
+@pytest.mark.turn("figures of papers")
 def test_f_makes_the_error_five_times_smaller(data):
     """S8 on a small scale; the whole table is below."""
     with_f = fit(data, "polynomial_narx", n_u=4, n_f=4)

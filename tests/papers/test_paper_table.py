@@ -104,14 +104,10 @@ def test_a_missed_target_on_time_does_not_change_the_exit_status(group, status, 
 
 def test_the_first_figure_shows_ratios_to_what_is_printed_the_missed_ones_first():
     rows = [
-        Row("met", 2.0, 4.0, 1.0, place="p"),
-        Row("least", 90.0, ours=95.0, sense="least", place="p"),
-        Row("equal", 50.0, ours=40.0, sense="equal", place="p"),
-        Row("over", 1.0, ours=1.5, place="p"),
-        Row("none", 0.0, ours=1.0, place="p"),
-        Row("scan", 1.0, ours=3.0, group="scan"),
-        Row("alone", ours=1.0),
-    ]
+        Row("met", 2.0, 4.0, 1.0, place="p"), Row("least", 90.0, ours=95.0, sense="least", place="p"),
+        Row("equal", 50.0, ours=40.0, sense="equal", place="p"), Row("over", 1.0, ours=1.5, place="p"),
+        Row("none", 0.0, ours=1.0, place="p"), Row("scan", 1.0, ours=3.0, group="scan"), Row("alone", ours=1.0),
+    ]  # fmt: skip
     (drawn,) = bounded(rows)
     expected = {"over": (1.5, False), "equal": (1.25, False), "least": (90 / 95, True), "met": (0.5, True)}
     assert {r.name: (pytest.approx(r.value), r.good) for r in drawn.ratios} == expected

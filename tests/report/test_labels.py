@@ -65,6 +65,7 @@ def drawn_at(p: Page, width: int) -> list[Any]:
     return list({str(w): w for w in written}.values())
 
 
+@pytest.mark.turn("pages in a browser")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("kind", [pytest.param("demonstration", marks=pytest.mark.stress), "run", "fmu"])
 def test_labels_of_the_explorer_lie_apart(browser: Browser, made: Callable[[str], Path], kind: str) -> None:

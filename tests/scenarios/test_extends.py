@@ -177,8 +177,7 @@ def test_an_error_below_names_the_file_below(loop: Any, write: Any) -> None:
         child(write)
     (folder / "scenario.toml").write_text("x = ")
     with pytest.raises(
-        InputError,
-        match=r"child/scenario\.toml: extends: .*loop/scenario\.toml: The file must be valid TOML",
+        InputError, match=r"child/scenario\.toml: extends: .*loop/scenario\.toml: The file must be valid TOML"
     ):
         child(write)
     write(loop | {"case": [{"name": "a"}, {"name": "a"}]})

@@ -180,15 +180,11 @@ def test_numbers_at_the_ends_of_the_range_end(write: Any) -> None:
         ready(
             write(
                 {
-                    "name": "s",
-                    "step": 5e-324,
-                    "stop": 1.0,
-                    "order": ["law"],
-                    "units": {"law": LAW},
+                    "name": "s", "step": 5e-324, "stop": 1.0, "order": ["law"], "units": {"law": LAW},
                     "metrics": {"p": {"kind": "peak", "signal": "law.u"}},
                 }
             )
-        )
+        )  # fmt: skip
 
 
 def test_an_integrating_plant_has_margins(write: Any) -> None:

@@ -293,16 +293,10 @@ def delay(**more: Any) -> UnitSpec:
 @pytest.mark.parametrize(
     ("steps", "unit", "n", "fine"),
     [
-        (2, {}, 2, False),
-        (2.0, {}, 2, False),
-        (0.75, {}, 3, True),
-        (1.25, {}, 5, True),
-        (1e-7 / 4 + 1, {}, 1, False),
-        (5, {"fine": True}, 5, True),
-        (5, {"every": 2}, 5, False),
-        (250_000_000, {}, 250_000_000, False),
+        (2, {}, 2, False), (2.0, {}, 2, False), (0.75, {}, 3, True), (1.25, {}, 5, True), (1e-7 / 4 + 1, {}, 1, False),
+        (5, {"fine": True}, 5, True), (5, {"every": 2}, 5, False), (250_000_000, {}, 250_000_000, False),
     ],
-)
+)  # fmt: skip
 def test_a_fraction_counts_in_fine_steps(steps: float, unit: dict[str, Any], n: int, fine: bool) -> None:
     found = delayed(delay(set={"n": 9, "y0": 0.5}, **unit), steps, 4, "here")
     assert (found.block, found.dims, found.fine, found.set) == ("delay", {"n": n}, fine, {"y0": 0.5})
@@ -318,17 +312,10 @@ def test_no_step_makes_it_a_connection(unit: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("steps", "unit", "least"),
     [
-        (-1, {}, 0.25),
-        (0.3, {}, 0.25),
-        (1.0 + 1e-6, {}, 0.25),
-        (1.5, {"fine": True}, 1),
-        (1.5, {"every": 2}, 1),
-        ("2", {}, 0.25),
-        (True, {}, 0.25),
-        (250_000_001, {}, 0.25),
-        (float("nan"), {}, 0.25),
+        (-1, {}, 0.25), (0.3, {}, 0.25), (1.0 + 1e-6, {}, 0.25), (1.5, {"fine": True}, 1), (1.5, {"every": 2}, 1),
+        ("2", {}, 0.25), (True, {}, 0.25), (250_000_001, {}, 0.25), (float("nan"), {}, 0.25),
     ],
-)
+)  # fmt: skip
 def test_what_is_no_number_of_steps(steps: object, unit: dict[str, Any], least: float) -> None:
     said = f"here: must be a number of steps of at least 0, in steps of {least:g}. Got {steps!r}."
     with pytest.raises(InputError, match=f"^{re.escape(said)}$"):

@@ -53,7 +53,7 @@ def traced(path: Path, step: float | None = None) -> Trace:
     return simulate(build(read_ssp(path, step).case), "native")
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: Any, write: Any, tmp_path: Path) -> None:
     case = Cases(write(loop)).cases[0]
     written = write_ssp(case, tmp_path / "loop.ssp")
@@ -67,7 +67,7 @@ def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: A
     assert np.abs(traced(written.path)["loop.plant_y"] - own).max() < 1e-12
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_separate_components_state_what_their_coupling_costs(
     archive: Path, loop: Any, write: Any, tmp_path: Path
 ) -> None:
@@ -150,7 +150,7 @@ def test_connectors_have_units_of_measure(loop: Any, write: Any, tmp_path: Path)
     assert base["V"] == {"kg": "1", "m": "2", "s": "-3", "A": "-1"}
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_another_reference_is_noticed(archive: Path, tmp_path: Path) -> None:
     changed = tmp_path / "changed.ssp"
     with zipfile.ZipFile(archive) as old, zipfile.ZipFile(changed, "w") as new:
@@ -205,7 +205,7 @@ def test_a_container_fmu_of_the_archive_has_the_same_bits(archive: Path, tmp_pat
     assert np.array_equal(result[y], ours)
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("connectors", [False, True])
 @pytest.mark.parametrize("separate", [False, True])
 def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, connectors: bool, separate: bool) -> None:
@@ -224,6 +224,7 @@ def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, conn
     assert run_ssp(path, "native").passed
 
 
+@pytest.mark.turn("systems of an SSP")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
@@ -289,11 +290,7 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
     [
         ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
         ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
-        (
-            "",
-            {"scheme": "iterative"},
-            "the coupling must not be iterative, which SSP does not support",
-        ),
+        ("", {"scheme": "iterative"}, "the coupling must not be iterative, which SSP does not support"),
     ],
 )
 def test_what_no_reader_of_an_ssp_does_is_refused(

@@ -207,10 +207,7 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
         ({"elements": '<d:System name="n"/>'}, "n: System is not supported: components must not be nested"),
         ({"elements": component("a") * 2}, "a component must have a unique name of letters, digits and _; got 'a'"),
         ({"elements": component("1a")}, "a component must have a unique name of letters, digits and _; got '1a'"),
-        (
-            {"elements": component("a", type="application/x-ssp")},
-            "a: must be an FMU; got the type 'application/x-ssp'",
-        ),
+        ({"elements": component("a", type="application/x-ssp")}, "a: must be an FMU; got the type 'application/x-ssp'"),
         (
             {"elements": component("a", values(value("p", "1", "Binary")))},
             "ParameterValues: p: a value of type Binary is not read",
@@ -243,10 +240,7 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
             {"shared": bound('type="text/csv" source="a.csv"')},
             "a parameter binding must have the type application/x-ssp-parameter-set; got 'text/csv'",
         ),
-        (
-            {"shared": bound('source="a.ssv" sourceBase="component"')},
-            "a.ssv: sourceBase must be SSD; got 'component'",
-        ),
+        ({"shared": bound('source="a.ssv" sourceBase="component"')}, "a.ssv: sourceBase must be SSD; got 'component'"),
         (
             {"shared": bound('source="a.ssv"'), "files": {"a.ssv": "<ParameterSet/>"}},
             "a.ssv: must begin with ParameterSet; got ParameterSet",
@@ -263,10 +257,7 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
             "connection of o with i: two connectors of the system must not be connected",
         ),
         ({"stop": 1e300}, "4e+300 steps of 0.25 s; at most 100000000 can run"),
-        (
-            {"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'},
-            "startTime: must be 0; got 0.5",
-        ),
+        ({"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'}, "startTime: must be 0; got 0.5"),
         (
             {"shared": '<d:ParameterBindings><d:ParameterBinding source="../../x"/></d:ParameterBindings>'},
             "'../../x' lies outside the archive",
@@ -313,16 +304,11 @@ def test_entities(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("one", "other", "more", "good"),
     [
-        ("V", "mV", "", False),
-        ("V", "m", "", False),
-        ("V", "what", "", False),
-        ("K", "degC", "", False),
-        ("V", "mV", 'suppressUnitConversion="true"', True),
-        ("V", "J/C", "", True),
-        ("V", "1", "", True),
+        ("V", "mV", "", False), ("V", "m", "", False), ("V", "what", "", False), ("K", "degC", "", False),
+        ("V", "mV", 'suppressUnitConversion="true"', True), ("V", "J/C", "", True), ("V", "1", "", True),
         ("V", "", "", True),
     ],
-)
+)  # fmt: skip
 def test_a_connection_that_converts_units_of_measure(
     tmp_path: Path, one: str, other: str, more: str, good: bool
 ) -> None:

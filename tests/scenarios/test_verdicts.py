@@ -18,16 +18,7 @@ import hystfmu as hy
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, Change, Result, build, simulate
-from hystfmu.scenario.outcome.result import (
-    Baseline,
-    CaseResult,
-    Kept,
-    LoopFigures,
-    Record,
-    Verdict,
-    changes,
-    compare,
-)
+from hystfmu.scenario.outcome.result import Baseline, CaseResult, Kept, LoopFigures, Record, Verdict, changes, compare
 from hystfmu.scenario.outcome.trace import Trace
 from hystfmu.scenario.report import terminal
 from hystfmu.scenario.report.compare import compare_reports
@@ -485,13 +476,10 @@ def test_everything_that_a_record_would_change() -> None:
     old = Baseline({"c": {"x": 1.0, "y": 2.0}, "gone": {"x": 4.0}}, {"c": rows}, ("a.y", "b.y"), {"c": {"u": "1"}})
     new = rows + np.array([[0, 0.5, 0], [0, -0.75, 0]])
     assert changes("s", old, {"c": Record({"x": 1.0, "z": 3.0}, new, {"u": "2", "v": "3"})}) == [
-        Change("s/c", "y", 2.0, None),
-        Change("s/c", "z", None, 3.0),
-        Change("s/c", "a.y at 0.5 s", 2.0, 1.25),
-        Change("s/c", "final states of u", "1", "2"),
-        Change("s/c", "final states of v", None, "3"),
+        Change("s/c", "y", 2.0, None), Change("s/c", "z", None, 3.0), Change("s/c", "a.y at 0.5 s", 2.0, 1.25),
+        Change("s/c", "final states of u", "1", "2"), Change("s/c", "final states of v", None, "3"),
         Change("s/gone", "x", 4.0, None),
-    ]
+    ]  # fmt: skip
     assert changes("s", None, {"c": Record({"x": 1.0}, rows, {})}) == [Change("s/c", "x", None, 1.0)]
     assert changes("s", old, {"c": Record({"x": 1.0, "y": 2.0}, rows[:1], {"u": "1"})}) == [
         Change("s/gone", "x", 4.0, None)

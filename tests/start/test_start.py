@@ -40,6 +40,7 @@ def _rows(data: hy.Dataset) -> list[tuple[float, float, float]]:
     return list(zip(data.t.tolist(), data.u.tolist(), data.y.tolist(), strict=True))
 
 
+@pytest.mark.turn("start", name="German file")
 def test_milliseconds_are_not_seconds(made: Path) -> None:
     told = json.loads((made / "told.json").read_text())
     assert told["verdict"]["approved"]
@@ -47,6 +48,7 @@ def test_milliseconds_are_not_seconds(made: Path) -> None:
     assert hy.Model.load(made / "my loop" / "messung.model.toml").step == pytest.approx(1e-3)
 
 
+@pytest.mark.turn("start", name="German file")
 def test_every_drawn_device_stays_within_its_bound(made: Path) -> None:
     cases = {c["case"]: c for c in json.loads((made / "told.json").read_text())["cases"]}
     asked = {n for n, c in cases.items() if c["asked_percent"]}
@@ -55,6 +57,7 @@ def test_every_drawn_device_stays_within_its_bound(made: Path) -> None:
     assert float(cases["sine"]["rms_percent"]) < 0.5 * float(cases["neither"]["rms_percent"])
 
 
+@pytest.mark.turn("start", name="German file")
 def test_each_artefact_is_there_and_its_command_repeats_it(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     files = json.loads((made / "told.json").read_text())["files"]
     assert all(Path(f["path"]).exists() for f in files.values())
@@ -86,6 +89,7 @@ def test_the_study_of_drawn_devices_runs_as_it_is(made: Path, monkeypatch: pytes
     assert {"plant.hysteresis_r"} < set(spec["parameters"])
 
 
+@pytest.mark.turn("start", name="German file")
 def test_the_loop_runs_to_the_same_bits_in_both_engines(made: Path) -> None:
     loop = hy.Scenario.load(made / "my loop" / "loop")
     one, two = (loop.run("nested", engine=e).trace for e in ("native", "fmpy"))
@@ -94,6 +98,7 @@ def test_the_loop_runs_to_the_same_bits_in_both_engines(made: Path) -> None:
     assert (one["plant.y"] == two["plant.y"]).all()
 
 
+@pytest.mark.turn("start")
 def test_a_poor_record_says_what_to_measure_next(tmp_path: Path) -> None:
     k = np.arange(300)
     u = 50 + 50 * np.exp(-0.002 * k) * np.sin(2 * np.pi * k / 50)

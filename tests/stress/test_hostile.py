@@ -226,23 +226,14 @@ def read_scenario(path: Path) -> None:
 
 OF_LABS = ("dSPACE", "xlsx", "npz", "parquet", "feather", "TDMS")
 READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
-    "csv": (csv_file, read),
-    "german": (german_file, read),
-    "gzip": (gzip_file, read),
-    "matlab": (matlab_file, read),
-    "packed matlab": (partial(matlab_file, packed=True), read),
-    "matlab 7.3": (matlab_7_3_file, read),
-    "hdf5": (hdf5_file, read),
-    **{kind: (partial(lab_files.write, kind=kind), read) for kind in OF_LABS},
-    "model": (model_file, Model.load),
-    "scenario": (scenario_file, read_scenario),
+    "csv": (csv_file, read), "german": (german_file, read), "gzip": (gzip_file, read), "matlab": (matlab_file, read),
+    "packed matlab": (partial(matlab_file, packed=True), read), "matlab 7.3": (matlab_7_3_file, read),
+    "hdf5": (hdf5_file, read), **{kind: (partial(lab_files.write, kind=kind), read) for kind in OF_LABS},
+    "model": (model_file, Model.load), "scenario": (scenario_file, read_scenario),
     "extended": (extended_file, lambda p: read_scenario(p.parents[1] / "pid")),
-    "baseline": (baseline_file, lambda p: Baseline.load(p.parent)),
-    "study": (study_file, Study),
-    "fmu": (fmu_file, Foreign.load),
-    "fmu3": (fmu3_file, Foreign.load),
-    "ssp": (ssp_file, read_ssp),
-}
+    "baseline": (baseline_file, lambda p: Baseline.load(p.parent)), "study": (study_file, Study),
+    "fmu": (fmu_file, Foreign.load), "fmu3": (fmu3_file, Foreign.load), "ssp": (ssp_file, read_ssp),
+}  # fmt: skip
 
 
 class TooLong(Exception):
@@ -394,14 +385,11 @@ def test_many_mutated_files(
 @pytest.mark.parametrize(
     ("name", "content"),
     [
-        ("data.csv", b"t,u\r,y\n0,1,2\n1,2,3\n"),
-        ("m.model.toml", b"a = " + b"[" * 5000),
-        ("m.model.toml", b"a = " + b"9" * 5000),
-        ("m.model.toml", b"a = \xff"),
-        ("baseline.csv", b"case,t,u\rv\n"),
+        ("data.csv", b"t,u\r,y\n0,1,2\n1,2,3\n"), ("m.model.toml", b"a = " + b"[" * 5000),
+        ("m.model.toml", b"a = " + b"9" * 5000), ("m.model.toml", b"a = \xff"), ("baseline.csv", b"case,t,u\rv\n"),
         ("baseline.csv", b"case,t,u\na,0,\xff\n"),
     ],
-)
+)  # fmt: skip
 def test_findings_of_the_stress_test(name: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / "baseline.toml").write_text("")
     (tmp_path / name).write_bytes(content)

@@ -311,17 +311,12 @@ def limited(limits=None, method="random"):
 @pytest.mark.parametrize(
     ("metrics", "limits", "ratio"),
     [
-        ({"m": 3.0}, {"m": 2.0}, 1.5),
-        ({"m": 3.0, "n": 8.0}, {"m": 2.0, "n": 2.0}, 4.0),
-        ({"m": math.nan}, {"m": 2.0}, math.inf),
-        ({"m": -1.0}, {"m": 0.0}, 1.0),
-        ({"m": 0.0}, {"m": 0.0}, 1.0),
-        ({"m": 1e-9}, {"m": 0.0}, math.inf),
-        ({"m": -3.0}, {"m": -2.0}, 1.0),
-        ({"m": -1.0}, {"m": -2.0}, math.inf),
+        ({"m": 3.0}, {"m": 2.0}, 1.5), ({"m": 3.0, "n": 8.0}, {"m": 2.0, "n": 2.0}, 4.0),
+        ({"m": math.nan}, {"m": 2.0}, math.inf), ({"m": -1.0}, {"m": 0.0}, 1.0), ({"m": 0.0}, {"m": 0.0}, 1.0),
+        ({"m": 1e-9}, {"m": 0.0}, math.inf), ({"m": -3.0}, {"m": -2.0}, 1.0), ({"m": -1.0}, {"m": -2.0}, math.inf),
         ({"m": 7.0, "n": 9.0}, {}, 7.0),
     ],
-)
+)  # fmt: skip
 def test_the_largest_ratio_of_a_metric_to_its_limit(metrics, limits, ratio):
     assert summary.excess(outcome(**metrics), limits) == ratio
     assert summary.excess(outcome(status="timeout", **metrics), limits) == math.inf
@@ -400,10 +395,7 @@ FREE = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, None, None),)
     [
         (Summary(8, 2, 0, 0, None, FREE, ()), "8 variations without limits; none is unstable."),
         (Summary(8, 2, 1, 3, None, FREE, ()), "8 variations without limits; 1 is unstable; 3 could not be run."),
-        (
-            Summary(8, 2, 2, 0, None, LIMITED, ()),
-            "2 of 8 variations are inside the limits (25 %); 2 are unstable.",
-        ),
+        (Summary(8, 2, 2, 0, None, LIMITED, ()), "2 of 8 variations are inside the limits (25 %); 2 are unstable."),
         (
             Summary(8, 2, 0, 1, (0.0312, 0.651), LIMITED + FREE, ()),
             "2 of 8 variations are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "

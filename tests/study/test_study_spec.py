@@ -152,14 +152,11 @@ def test_second_order_dynamics_draw_three_parameters() -> None:
 @pytest.mark.parametrize(
     ("over", "targets", "values", "score"),
     [
-        ("max", {}, [2.0, 3.0], 3.0),
-        ("mean", {}, [2.0, 3.0], 2.5),
-        ("max", {"a": 0.5}, [2.0, 3.0], 4.0),
-        ("mean", {"b": 6.0}, [2.0, 3.0], 1.25),
-        ("max", {}, [2.0, math.inf], math.nan),
+        ("max", {}, [2.0, 3.0], 3.0), ("mean", {}, [2.0, 3.0], 2.5), ("max", {"a": 0.5}, [2.0, 3.0], 4.0),
+        ("mean", {"b": 6.0}, [2.0, 3.0], 1.25), ("max", {}, [2.0, math.inf], math.nan),
         ("max", {}, [2.0, None], math.nan),
     ],
-)
+)  # fmt: skip
 def test_the_objective_of_several_cases(over: str, targets: Any, values: list[Any], score: float) -> None:
     objective = ObjectiveSpec.model_validate({"metric": "m", "over_cases": over, "targets": targets})
     rows = [{"case": c, "metrics": {} if v is None else {"m": v}} for c, v in zip("ab", values, strict=True)]
@@ -302,8 +299,7 @@ def test_every_law_starts_from_what_was_best_before(name: str) -> None:
 
 @pytest.mark.some(3)
 @pytest.mark.parametrize(
-    "name",
-    [n if n == "stage/irc" else pytest.param(n, marks=pytest.mark.stress) for n in tuned.STAGE] + tuned.TRACKING,
+    "name", [n if n == "stage/irc" else pytest.param(n, marks=pytest.mark.stress) for n in tuned.STAGE] + tuned.TRACKING
 )
 def test_the_gains_meet_the_hard_limits(name: str) -> None:
     """Of the study, with half a step as well."""

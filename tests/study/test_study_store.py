@@ -136,6 +136,7 @@ def test_another_program_writes_into_the_journal(write: Any, tmp_path: Path) -> 
     assert (folder / "damaged.jsonl").read_bytes().startswith(b'whole\n01234567\t{"torn"')
 
 
+@pytest.mark.turn("interrupted studies")
 def test_a_second_study_in_the_same_process_is_refused_and_the_lock_stays(tmp_path: Path) -> None:
     store = Store(tmp_path, ["a"], ["m"])
     list(store.rows())  # reading keeps the lock
@@ -224,6 +225,7 @@ mount -o remount,size=50m "$1" && $2 -m hystfmu.cli study "$3" -o "$1" -j 1 && c
 """
 
 
+@pytest.mark.turn("interrupted studies")
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="mounts a small disk")
 @pytest.mark.parametrize("size", [24, *(pytest.param(n, marks=pytest.mark.stress) for n in (8, 40))])
 def test_a_full_disk_resumes_to_the_same_table(size: int, write: Any, tmp_path: Path) -> None:

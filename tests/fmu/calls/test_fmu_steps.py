@@ -3,6 +3,7 @@
 import ctypes as C
 import math
 import os
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from fmu_events import EventInfo, Events
 from fmu_master import DISCARD, ERROR, OK, WARNING, H, Make, Master, U, mixed, single
 
+from hystfmu.base import InputError
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.unit import Unit
 
@@ -187,7 +189,13 @@ def test_an_overflow_is_an_error(make: Make) -> None:
         assert each.set("w0", 1e10) == OK
         assert each.set("u", 1e300) == OK
     assert m.step(H) == ERROR
-    assert m.messages.pop()[2].startswith(f"'y' is infinite at t = {2 * H:g} s.")
+    told = f"'y' is infinite at t = {2 * H:g} s."
+    assert m.messages.pop()[2].startswith(told)
+    unit = Unit(single("backlash_sum"))
+    unit.initialize(H, w0=1e10)
+    unit.set("u", 1e300)
+    with pytest.raises(InputError, match=re.escape(told)):
+        unit.do_step(H, H)
     assert late.enter() == OK
     for each in (m, late):
         assert each._access("Get", "y", None)[0] == DISCARD
@@ -360,8 +368,7 @@ def stepped(m: Master, times: list[float], h: float = H) -> list[float]:
 
 @pytest.mark.some(2)
 @pytest.mark.parametrize(
-    ("start", "h", "n"),
-    [(0.0, H, 100_000), (0.7, H, 3000), (-3.1, H, 5000), (1e4, 1 / 3000, 5000)],
+    ("start", "h", "n"), [(0.0, H, 100_000), (0.7, H, 3000), (-3.1, H, 5000), (1e4, 1 / 3000, 5000)]
 )
 def test_a_clock_that_adds_up_gives_the_bits_of_one_that_counts(make: Make, start: float, h: float, n: int) -> None:
     m = {name: make(source(h)) for name in ("adds", "counts")}

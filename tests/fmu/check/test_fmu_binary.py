@@ -97,6 +97,7 @@ def drive(program: Path, graph: Graph, folder: Path, calls: int, seed: int) -> N
     assert done.returncode == 0, f"exit {done.returncode}: {done.stderr[-3000:]}"
 
 
+@pytest.mark.turn("compiled C", name="sanitizers")
 @linux
 def test_out_of_memory_and_null_pointers(sanitized: Callable[[str], Path], tmp_path: Path) -> None:
     graph = mixed()
@@ -109,6 +110,7 @@ def test_out_of_memory_and_null_pointers(sanitized: Callable[[str], Path], tmp_p
 GRAPHS = {"loop": loop, **{n: lambda n=n: single(n) for n in ("prandtl_ishlinskii", "zhao_tan", "reference", "pid")}}
 
 
+@pytest.mark.turn("compiled C", name="sanitizers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", list(GRAPHS))
 def test_random_sequences_of_calls(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
@@ -128,6 +130,7 @@ PLACES = {"memory", "extrema", "at", "oldest", "counter", "samples", "count"}
 REACHES = {b for b in BLOCKS if PLACES & {v.name for v in block_types()[b].of("state")}}
 
 
+@pytest.mark.turn("compiled C", name="sanitizers")
 @pytest.mark.some(2)
 @pytest.mark.parametrize(
     "name", ["loop", *(pytest.param(b, marks=[] if b in REACHES else pytest.mark.stress) for b in BLOCKS)]
@@ -189,6 +192,7 @@ DERIVATIVE = (
 )
 
 
+@pytest.mark.turn("broken binaries")
 @pytest.mark.some(1)
 @linux
 @pytest.mark.usefixtures("without_fmutool")

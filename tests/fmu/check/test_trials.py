@@ -95,25 +95,13 @@ pytestmark = pytest.mark.usefixtures("without_fmutool")
 CRASH = "*(volatile int *)8 = 1;"
 ON_NULL = f"-DFREE=if (!c) {CRASH}"
 ALL = [
-    "reading modelDescription.xml",
-    "looking for contradictions in it",
-    "looking for the binary",
-    "making an instance",
-    "reading the start values",
-    "making 100 steps",
-    "running a second instance",
-    "reading outputs between the steps",
-    "setting inputs between the steps",
-    "resetting",
-    "saving and restoring the state",
-    "freeing NULL",
-    "making steps of different lengths",
-    "checking the dependencies",
-    "comparing directional derivatives with differences",
-    "making many steps",
-    "loading and unloading",
+    "reading modelDescription.xml", "looking for contradictions in it", "looking for the binary", "making an instance",
+    "reading the start values", "making 100 steps", "running a second instance", "reading outputs between the steps",
+    "setting inputs between the steps", "resetting", "saving and restoring the state", "freeing NULL",
+    "making steps of different lengths", "checking the dependencies",
+    "comparing directional derivatives with differences", "making many steps", "loading and unloading",
     "loading from a folder with a space and non-ASCII letters",
-]
+]  # fmt: skip
 RESET = "after reset u is 0.125 instead of its start value"  # the memory of this small unit is static
 NAMES = ("der(der(x))", "previous(PI.x)")
 
@@ -139,6 +127,7 @@ def validated(path: Path, seconds: float = 60.0) -> tuple[int, list[str], dict[s
     return done.exit_code, problems, {c["name"]: c for c in notes["checks"]}
 
 
+@pytest.mark.turn("broken descriptions")
 def test_names_a_description_error_and_a_crash_at_once(tmp_path: Path) -> None:
     """FMUs of OpenModelica crash while NULL is freed and have such names."""
     text = named(*NAMES).replace('<Real start="0"/>', '<Real start="0" unit="V"/>')
@@ -156,6 +145,7 @@ def test_names_a_description_error_and_a_crash_at_once(tmp_path: Path) -> None:
     assert "not tried" not in json.dumps(checks)
 
 
+@pytest.mark.turn("broken binaries")
 def test_a_crash_in_a_step_shortens_the_other_runs(tmp_path: Path) -> None:
     bad_fmu(tmp_path / "x.fmu", CRASH.rstrip(";"))
     status, problems, checks = validated(tmp_path / "x.fmu")
@@ -172,6 +162,7 @@ def test_a_hang_takes_its_own_time_only(tmp_path: Path) -> None:
     assert "steps" in checks["making many steps"]["tried"]
 
 
+@pytest.mark.turn("broken binaries")
 def test_what_needs_a_step_is_not_tried_without_one(tmp_path: Path) -> None:
     """The check does not repeat the same crash eleven times."""
     text = DESCRIPTION.replace("  <ModelVariables>", '  <DefaultExperiment startTime="1"/><ModelVariables>')
@@ -210,6 +201,7 @@ DEFECTS = {  # of some releases
 }
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", REFERENCES)
 def test_reference_fmu_passes(name: str) -> None:

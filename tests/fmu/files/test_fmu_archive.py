@@ -71,6 +71,7 @@ def _seconds(f: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_export_of_a_model(tmp_path: Path, fmi: int) -> None:
@@ -142,6 +143,7 @@ def test_arrays_are_native_in_fmi3(tmp_path: Path) -> None:
 
 
 # ---- check ----------------------------------------------------------------------------------------------------------
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     path = tmp_path / "Größe 1.fmu"
@@ -205,6 +207,7 @@ def test_a_name_without_end_is_cut_in_the_message(tmp_path: Path, good: dict[int
     assert len(problem) < 200
 
 
+@pytest.mark.turn("broken descriptions")
 def test_xml_that_only_the_fmu_reads(tmp_path: Path, good: dict[int, bytes]) -> None:
     """Settings of Java have a document type, tools of Windows write UTF-16."""
     kind = b'<!DOCTYPE properties SYSTEM "http://java.sun.com/dtd/properties.dtd"><properties/>'
@@ -227,6 +230,7 @@ def _xml(old: bytes, new: bytes) -> Callable[[str, bytes], bytes]:
     return change
 
 
+@pytest.mark.turn("broken descriptions")
 @pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
@@ -245,13 +249,9 @@ def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], f
 RUN = ["--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
 DAY = 86400.0
 LOOP: dict[str, Any] = {
-    "name": "loop",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["unit"],
-    "units": {"unit": {"fmu": "x.fmu"}},
+    "name": "loop", "step": 1e-3, "stop": 0.01, "order": ["unit"], "units": {"unit": {"fmu": "x.fmu"}},
     "metrics": {"last": {"kind": "final", "signal": "unit.y"}},
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -291,6 +291,7 @@ def small(path: Path, word: str) -> Path:
     return path
 
 
+@pytest.mark.turn("broken descriptions")
 def test_a_truncated_binary_is_replaced(cache: Path) -> None:
     bad_fmu(Path("x.fmu"))
     first = CliRunner().invoke(main, ["simulate", "x.fmu", *RUN])

@@ -109,6 +109,7 @@ def csv(measured: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.turn("FMUs in importers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", list(LIMITS))
 def test_measured_data_to_fmu(csv: Path, tmp_path: Path, key: str) -> None:

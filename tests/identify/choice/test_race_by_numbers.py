@@ -193,13 +193,10 @@ def test_a_static_kind_is_no_refuge_where_none_follows(race):
 @pytest.mark.parametrize(
     ("memory", "of_record", "warned"),
     [
-        (OPENS, RETURN_POINT, 1),
-        (CLOSES, OPEN_LOOPS, 1),
-        (CLOSES, RETURN_POINT, 0),
-        (OPENS, OPEN_LOOPS, 0),
+        (OPENS, RETURN_POINT, 1), (CLOSES, OPEN_LOOPS, 1), (CLOSES, RETURN_POINT, 0), (OPENS, OPEN_LOOPS, 0),
         (ANY, UNKNOWN, 0),
     ],
-)
+)  # fmt: skip
 def test_a_choice_against_the_minor_loops_is_warned_of(memory, of_record, warned):
     found = auto._warnings(trial("t", memory=memory), seen(memory=of_record, gap=1.234))
     assert len(found) == warned

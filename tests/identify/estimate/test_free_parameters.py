@@ -153,7 +153,7 @@ def test_what_else_is_refused():
         hy.fit(data, graph(), free=LINEAR, N=4)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("free parameters")
 def test_the_same_seed_gives_the_same_model_and_time_ends_a_search():
     free = {**LINEAR, "plays.r": {"lower": 0.0, "upper": 1.0}}
     a, b = (hy.fit(record(), graph(), free=free, seed=4).graph.run(record().u) for _ in range(2))
@@ -207,6 +207,7 @@ def test_plays_and_a_mode(seed):
     assert (model.graph.inputs[0].unit, model.graph.outputs[0].unit, model.step) == ("V", "um", H)
 
 
+@pytest.mark.turn("free parameters")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_bouc_wen_and_a_mode_from_a_multisine(seed):
@@ -306,7 +307,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("free parameters")
 def test_a_file_is_fitted_in_python_and_by_the_command(folder):
     model = hy.fit(hy.read("d.csv"), Path("my.graph.toml"), starts=3)
     assert model.graph.node("plays").value("r") == pytest.approx([0.2, 0.5], abs=1e-3)

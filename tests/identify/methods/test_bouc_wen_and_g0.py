@@ -216,7 +216,7 @@ def test_a_given_z0_and_a_small_n_max_bound_the_search(steep):
     assert 1.0 <= node.value("n")[0] <= 1.2
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("dynamics of a fit")
 def test_more_starts_are_never_worse_and_a_seed_repeats(steep):
     few, many, again = (hy.fit(steep, "bouc_wen", starts=n, dead_band=0.0) for n in (1, 6, 6))
     assert many.fit["rms"] <= few.fit["rms"] * (1 + 1e-3)

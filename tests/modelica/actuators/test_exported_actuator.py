@@ -57,6 +57,7 @@ end Bench;
     return simulate.solve_text(text, 0.2, 1e-3, 1e-9, packages=(library.ROOT, package)).instants()
 
 
+@pytest.mark.turn("exported actuators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in STATIC])
 def test_the_actuator_follows_the_fmu_of_its_model(key: str, tmp_path: Path) -> None:

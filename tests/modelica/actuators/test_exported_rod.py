@@ -17,6 +17,7 @@ QUICK = ("jiles_atherton, strain", "prandtl_ishlinskii")
 KINDS = [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in stacks.ROD_KINDS]
 
 
+@pytest.mark.turn("exported actuators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", [k for k in KINDS if "g0_" not in str(k)])
 def test_a_rod_follows_its_model(key: str, tmp_path: Path) -> None:
@@ -52,6 +53,7 @@ end Bench;
     assert error <= BOUND
 
 
+@pytest.mark.turn("exported actuators")
 def test_a_data_sheet_gives_mass_coil_and_stiffness(tmp_path: Path) -> None:
     package = stacks.magnet().export_modelica(tmp_path / "Piezo", sheet={**stacks.ROD_SHEET, "inductance": 5e-3})
     text = (package / "Actuator.mo").read_text()

@@ -33,6 +33,7 @@ def runs_as_it_comes(package: Path, key: str) -> None:
     assert off <= 1e-5
 
 
+@pytest.mark.turn("exported actuators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", KINDS)
 def test_an_actuator_of_a_record_without_a_mode_has_no_mass_and_runs(key: str, tmp_path: Path) -> None:

@@ -76,6 +76,7 @@ def ringing(package: Path, ratio: float, f: float) -> tuple[float, float]:
     return found.x[0] / (2 * np.pi), found.x[1]
 
 
+@pytest.mark.turn("exported actuators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("sheet", [None, STACK], ids=["assumed", "sheet"])
 @pytest.mark.parametrize("key", KINDS)
@@ -137,6 +138,7 @@ def test_an_unknown_mode_gives_no_mass(tmp_path: Path) -> None:
     assert "withMass" not in (tmp_path / "sheet" / "Piezo" / "Actuator.mo").read_text()
 
 
+@pytest.mark.turn("exported actuators")
 def test_an_older_model_file_does_not_say_how_well_its_mode_is_known(tmp_path: Path) -> None:
     model = fitted("g0_prandtl_ishlinskii")
     older = {k: v for k, v in model.fit.items() if not k.endswith("_se")}

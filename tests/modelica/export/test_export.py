@@ -23,6 +23,7 @@ from hystfmu.modelica.record import record
 QUICK_KEYS = ("preisach", "play_bank_mlp", "g0_prandtl_ishlinskii", "g0_jiles_atherton")
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", QUICK_KEYS)
 def test_exported_kind_gives_what_predict_gives(key: str, tmp_path: Path) -> None:
@@ -38,6 +39,7 @@ def test_every_kind_gives_what_predict_gives(key: str, tmp_path: Path) -> None:
 LONG = ("sources", "large_network", "in_range")
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.stress) if n in LONG else n for n in MADE])
 def test_exported_graph_gives_what_predict_gives(name: str, tmp_path: Path) -> None:
@@ -65,15 +67,12 @@ def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
 
 
 TIED = [
-    Node("part", "transfer_function"),
-    Node("part", "delay", {"n": 2}),
-    Node("part", "iterative_learning"),
-    Node("part", "narx_network"),
-    Node("part", "polynomial_narx", {"n_f": 0}),
-    Node("part", "repetitive"),
-]
+    Node("part", "transfer_function"), Node("part", "delay", {"n": 2}), Node("part", "iterative_learning"),
+    Node("part", "narx_network"), Node("part", "polynomial_narx", {"n_f": 0}), Node("part", "repetitive"),
+]  # fmt: skip
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("node", TIED, ids=lambda n: n.type)
 def test_block_refuses_a_sample_period_that_it_is_not_for(node: Node, tmp_path: Path) -> None:

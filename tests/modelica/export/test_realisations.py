@@ -21,6 +21,7 @@ from hystfmu.modelica.realisation import kinds, left_out, missing
 QUICK = ("g0_prandtl_ishlinskii",)  # also the start of dynamics behind events
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     "key", [k if k in QUICK else pytest.param(k, marks=pytest.mark.stress) for k in exported.CONTINUOUS_KEYS]
@@ -48,7 +49,7 @@ def micrometres(key: str = "play_bank") -> Model:
     return Model(key, graph, 1e-3, "two plays", provenance={"span_u": [0.0, 100.0]})
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("exported Modelica")
 def test_ports_are_in_si_units(tmp_path: Path) -> None:
     """Millivolts and micrometres of the model are volts and metres at the ports; the loop is the same."""
     model = micrometres()
@@ -69,13 +70,10 @@ def test_ports_are_in_si_units(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("unit", "expected"),
     [
-        ("um", ("m", 1e-6)),
-        ("kV/mm", ("V/m", 1e6)),
-        ("Oe", ("A/m", 1e3 / (4 * np.pi))),
-        ("", ("", 1.0)),
+        ("um", ("m", 1e-6)), ("kV/mm", ("V/m", 1e6)), ("Oe", ("A/m", 1e3 / (4 * np.pi))), ("", ("", 1.0)),
         ("furlong", ("", 1.0)),
     ],
-)
+)  # fmt: skip
 def test_unit_of_measure_in_si(unit: str, expected: tuple[str, float]) -> None:
     assert si(unit)[0] == expected[0]
     assert si(unit)[1] == pytest.approx(expected[1], rel=1e-15)
@@ -159,12 +157,9 @@ def two_ports(*behind: Node) -> Model:
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
     inputs = [Input("u", ("add.u[1]",)), Input("d", ("add.u[2]",), unit="V")]
     return Model(
-        "made",
-        Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]),
-        1e-3,
-        "two ports",
+        "made", Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]), 1e-3, "two ports",
         provenance={"span_u": [-1.0, 1.0]},
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.stress

@@ -68,6 +68,7 @@ def test_commands_of_a_shipped_loop(
         same_bits(lambda c=called: c, columns, want)
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("scenario", "case", "fmi"), [("pid", "sine_10", 2), ("stage/irc_repetitive", "scan_100", 3)])
 def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: Path) -> None:
@@ -85,6 +86,7 @@ def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: 
 COMPILERS = {"c": ["cc", "-std=c99"], "c++": ["g++", "-x", "c++", "-std=c++20"]}
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scenario", "case", "language"),
@@ -115,7 +117,7 @@ def test_program_of_the_page_compiles(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("compiled loops")
 def test_files_for_a_target_need_no_allocator(tmp_path: Path) -> None:
     if not shutil.which("cc"):
         pytest.skip("no C compiler")

@@ -88,6 +88,7 @@ def test_a_tuned_gain_is_that_of_the_scenario(tmp_path: Path) -> None:
 AHEAD = {"r_ahead": "reference.r_lead", "r_dot": "reference.dr_lead", "r_ddot": "reference.ddr_lead"}
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("scenario", "fmi"), [("pid", 2), ("h_infinity", 3), ("stage/ppf", 2), ("adaptive", 3)])
 def test_it_is_a_good_fmu(scenario: str, fmi: int, tmp_path: Path) -> None:
@@ -178,6 +179,7 @@ def test_foreign_units(tmp_path: Path) -> None:
         loop.export_controller(tmp_path / "no.fmu")
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_in_the_place_of_its_units(fmi: int, tmp_path: Path) -> None:

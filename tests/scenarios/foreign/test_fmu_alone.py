@@ -41,7 +41,8 @@ def of_all(model: str, first: str) -> list[Any]:
     return [f"{first}/{model}", pytest.param(f"fmi2/{model}", marks=pytest.mark.stress), f"fmi3/{model}"]
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a foreign FMU alone")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [3, pytest.param(2, marks=pytest.mark.stress)])
 def test_model_exchange_of_a_lag_follows_its_closed_form(tmp_path: Path, fmi: int) -> None:
     """y' = (u - y)/T with an input held over each step; the rows of the file lie between the steps."""
@@ -74,6 +75,7 @@ def test_dahlquist_steps_by_its_own_euler_in_co_simulation(name: str) -> None:
     assert np.abs(run.values["x"] - 0.9 ** np.arange(51)).max() < 1e-14
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", of_all("BouncingBall", "fmi1me"))
 def test_bouncing_ball_meets_the_times_of_its_bounces(tmp_path: Path, name: str) -> None:
@@ -138,21 +140,13 @@ def test_arrays_sized_by_structural_parameters(tmp_path: Path) -> None:
 
 
 TYPES = {
-    "Float32_continuous": "1.5",
-    "Float64_discrete": "-2.25",
-    "Int8": "-128",
-    "UInt8": "255",
-    "Int16": "-32768",
-    "UInt16": "65535",
-    "Int32": "-2147483648",
-    "UInt32": "4294967295",
-    "Int64": "-9007199254740992",
-    "UInt64": "9007199254740992",
-    "Boolean": "1",
-    "Enumeration": "2",
-}
+    "Float32_continuous": "1.5", "Float64_discrete": "-2.25", "Int8": "-128", "UInt8": "255", "Int16": "-32768",
+    "UInt16": "65535", "Int32": "-2147483648", "UInt32": "4294967295", "Int64": "-9007199254740992",
+    "UInt64": "9007199254740992", "Boolean": "1", "Enumeration": "2",
+}  # fmt: skip
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("interface", ["Co-Simulation", "Model Exchange"])
 def test_every_type_of_variable(tmp_path: Path, interface: str) -> None:
@@ -214,6 +208,7 @@ def pair(tmp_path: Path) -> Path:
     return export_fmu(Graph(nodes, [], inputs, outputs).with_step(0.5), tmp_path / "pair.fmu", fmi=3, stop=2.0)
 
 
+@pytest.mark.turn("a foreign FMU alone")
 def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> None:
     """Times in ms; what a row says at a communication point holds in the step that begins there."""
     table = pair.with_name("u.csv")
@@ -225,6 +220,7 @@ def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> Non
     assert run.values["y_2"].tolist() == [-1, -1, -2, *(-np.interp([1.0, 1.5], [0.5, 2], [2, 3])).tolist()]
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("given", "want"),
@@ -259,7 +255,7 @@ def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, An
         run_fmu(path, **more)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a foreign FMU alone")
 def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     from click.testing import CliRunner
 
@@ -269,15 +265,8 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     (tmp_path / "in.csv").write_text("t,u\n0,0\n1,1\n")
     out = tmp_path / "out.csv"
     command = [
-        "simulate",
-        str(tmp_path / "gain.fmu"),
-        "--input",
-        str(tmp_path / "in.csv"),
-        "--set",
-        "gain=-3",
-        "--stop",
-        "1",
-    ]
+        "simulate", str(tmp_path / "gain.fmu"), "--input", str(tmp_path / "in.csv"), "--set", "gain=-3", "--stop", "1",
+    ]  # fmt: skip
     done = CliRunner().invoke(main, [*command, "--step", "0.25", "-o", str(out)])
     assert done.exit_code == 0, done.output
     assert out.read_text() == "t,y\n0.0,0.0\n0.25,0.0\n0.5,-0.75\n0.75,-1.5\n1.0,-2.25\n"

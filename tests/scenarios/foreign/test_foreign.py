@@ -48,7 +48,7 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int, 
         ready(write(loop))
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 @pytest.mark.parametrize(
     ("defect", "message"),
@@ -142,6 +142,7 @@ def test_an_archive_that_would_write_elsewhere_is_refused(loop: Any, write: Any,
     assert list(cache.iterdir()) == []
 
 
+@pytest.mark.turn("foreign units")
 def test_unconnected_inputs_keep_their_start_values(loop: Any, write: Any) -> None:
     add(loop, write, 2)
     loop["units"]["pid"] = {"fmu": "pid.fmu"}  # u_ff has the start value 0
@@ -270,6 +271,7 @@ def test_description_that_cannot_be_read(tmp_path: Path, old: str, new: str, mes
     assert len(str(e.value)) < 600
 
 
+@pytest.mark.turn("foreign units")
 def test_what_the_fmu_says_when_it_makes_no_instance(tmp_path: Path) -> None:
     path = edited(tmp_path, described('guid="', 'guid="another'))
     with pytest.raises(InputError, match=r"cannot be instantiated: .*The token 'another.* does not belong"):
@@ -297,6 +299,7 @@ def feedthrough(loop: Any, write: Any, name: str) -> Path:
     return Path(write(loop))
 
 
+@pytest.mark.turn("foreign units")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("kind", "want"), [("Int16", np.round), ("Boolean", lambda r: (r >= 0.5).astype(float))])
 def test_a_whole_number_is_the_nearest_and_a_boolean_true_from_one_half_on(
@@ -307,6 +310,7 @@ def test_a_whole_number_is_the_nearest_and_a_boolean_true_from_one_half_on(
     assert {0.0, 1.0} <= set(trace[f"x.{kind}_output"])
 
 
+@pytest.mark.turn("foreign units")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_number_that_does_not_fit_stops_the_run(loop: Any, write: Any, engine: Any) -> None:
@@ -342,6 +346,7 @@ def test_fmi_1_in_both_engines(loop: Any, write: Any) -> None:
         simulate(ready(write(loop)))
 
 
+@pytest.mark.turn("foreign units")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_adapted_fmu_is_never_asked_for_tangents(loop: Any, write: Any, engine: Any) -> None:

@@ -21,12 +21,7 @@ from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.engine.simulation import ENDED, ENGINES, TASK, chunks_here, main
 from hystfmu.scenario.outcome.trace import Stopped, Trace
 from hystfmu.scenario.system import foreign as module
-from hystfmu.scenario.system.case import (
-    first_outputs,
-    parameter_names,
-    start_values,
-    with_values,
-)
+from hystfmu.scenario.system.case import first_outputs, parameter_names, start_values, with_values
 from hystfmu.scenario.system.foreign import Foreign, _ports
 from hystfmu.scenario.system.system import System
 

@@ -21,7 +21,7 @@ from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
 from hystfmu.data.columns import LEAST_ROWS
 from hystfmu.data.reader.delimited import delimited
-from hystfmu.data.reader.formats import MATLAB_BLOCK, PARQUET, timed
+from hystfmu.data.reader.formats import MATLAB_BLOCK, PARQUET, START, timed
 from hystfmu.data.reader.table import Column, Stamps, Table, spelling, stated_step
 
 MOST_COLUMNS = 10_000
@@ -65,9 +65,12 @@ def table_of(
         raise InputError(f"{path}: The file must have at most {MOST_COLUMNS} columns. Got {len(places)} instead.")
     columns = tuple(p.column for p in places)
     steps: dict[str, float] = {}  # the key is the group or array to which a step belongs
+    starts: dict[str, float] = {}
     left = []
     for a in (a for a, n, _ in sized if n <= 1):
         stated = 0.0
+        if a.name.endswith(f"@{START}"):
+            starts[a.name.removesuffix(f"@{START}")] = float(np.asarray(read(a.name)))
         if a.shape in ((), (1,), (1, 1)) and stated_step(a.name, 1.0, a.unit):
             stated = stated_step(a.name, float(np.asarray(read(a.name)).reshape(-1)[0]), a.unit)
         if stated:
@@ -75,7 +78,7 @@ def table_of(
         elif "@" not in a.name:  # names with @ are attributes
             left.append(a.name)
     assumed = (*([kind] if kind else []), *([f"left out {', '.join(left)[:80]}"] if left else []))
-    own = tuple(_own_step(steps, p.array.name) for p in places)
+    own = tuple((_own_step(steps, p.array.name), starts.get(p.array.name, 0.0)) for p in places)
     step = next(iter(steps.values()), 0.0)
     return Table(str(path), columns, "", assumed, Arrays(path, places, read, most), None, step, own)
 

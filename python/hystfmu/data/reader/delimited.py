@@ -215,6 +215,9 @@ def _number(text: str) -> float | None:
 GZIP = b"\x1f\x8b"
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
+# characters of cp932 (Shift-JIS) with two bytes: two in a row, and nothing else beyond ASCII, are hardly cp1252
+_PAIR, _HIGH = re.compile(rb"[\x81-\x9f][\x40-\x7e\x80-\xfc]"), re.compile(rb"[\x80-\xff]")
+_JAPANESE = re.compile(_PAIR.pattern + _PAIR.pattern)
 _LOOK = 1000  # number of first bytes that are examined to recognise UTF-16 without a byte order mark
 
 
@@ -248,8 +251,8 @@ def content_of(path: str | Path, most: int) -> tuple[bytes, list[str]]:
 def text_of(content: bytes, path: str | Path) -> tuple[str, list[str]]:
     """Return the text of a file, with a line feed at the end of each line, and remarks about the encoding.
 
-    The encoding is UTF-8 or UTF-16, with or without a byte order mark. Other text is assumed to be in cp1252, an
-    encoding of Windows.
+    The encoding is UTF-8 or UTF-16, with or without a byte order mark. Other text is assumed to be in cp1252 or, if
+    it has the bytes of Japanese text, in cp932, encodings of Windows.
 
     Raises
     ------
@@ -266,12 +269,13 @@ def text_of(content: bytes, path: str | Path) -> tuple[str, list[str]]:
     except UnicodeDecodeError as e:
         if name != "utf-8" or start:
             raise InputError(f"{path}: The file must be text. Got bytes that are not {_shown(name)}.") from None
+        name = "cp1252" if not _JAPANESE.search(content) or _HIGH.search(_PAIR.sub(b"", content)) else "cp932"
         try:
-            text, name = content.decode("cp1252"), "cp1252"
+            text = content.decode(name)
         except UnicodeDecodeError:
             line = content.count(b"\n", 0, e.start) + 1
             raise InputError(
-                f"{path}: line {line}: The file must be text in UTF-8, UTF-16 or cp1252. "
+                f"{path}: line {line}: The file must be text in UTF-8, UTF-16, cp1252 or cp932. "
                 f"Got the byte 0x{content[e.start]:02x}: save the file as UTF-8."
             ) from None
     if "\r" in text:

@@ -114,6 +114,9 @@ _NUMBERS = "biufc"  # kinds of types; the reader refuses complex numbers
 MOST_DEPTH = 8
 MATLAB_BLOCK = 512  # bytes before the signature in a MAT file of version 7.3
 UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
+UNSTORED = "no stored value (save in Excel): "  # in front of the text of a formula
+_NUMERIC = (int, float, datetime.datetime, datetime.time)
+START = "wf_start_offset"  # s: first time of a channel of LabVIEW
 LEAST_ROWS = 4  # minimum number of rows with two numbers or times in a sheet
 
 
@@ -331,8 +334,9 @@ def _tdms_channel(name: str, channel: Any) -> list[Found]:
     if dtype.kind not in "biuf":
         return []
     found = [Found(name, (len(channel),), 8 * len(channel), partial(channel.__getitem__, slice(None)), unit)]
-    step = channel.properties.get("wf_increment")
-    return [*found, number(f"{name}@dt", float(step))] if step else found
+    told = {k: channel.properties[k] for k in ("wf_increment", START) if k in channel.properties}
+    names = {"wf_increment": "dt", START: START}
+    return [*found, *(number(f"{name}@{names[k]}", float(v)) for k, v in told.items() if v)]
 
 
 def xlsx(source: str) -> Told:
@@ -347,20 +351,30 @@ def xlsx(source: str) -> Told:
     """
     from openpyxl import load_workbook
 
-    with open(source, "rb") as file:  # opened here, because openpyxl refuses names without a known extension
-        book = load_workbook(io.BytesIO(file.read()), read_only=True, data_only=True)
-    sheets = book.worksheets
-    for sheet in sheets:
-        rows, numeric = [], 0
-        for row in sheet.iter_rows(values_only=True):
-            rows.append("\t".join(map(_cell, row)))
-            numeric += sum(isinstance(v, (int, float, datetime.datetime, datetime.time)) for v in row) > 1
+    lost = ""
+    with open(source, "rb") as file:  # read here, because openpyxl refuses names without a known extension
+        book = partial(load_workbook, io.BytesIO(file.read()), read_only=True)
+    sheets = book(data_only=True).worksheets
+    for k, sheet in enumerate(sheets):
+        rows = list(sheet.iter_rows(values_only=True))
+        numeric = sum(sum(isinstance(v, _NUMERIC) for v in row) > 1 for row in rows)
+        if any(None in row for row in rows):
+            formulas = book().worksheets[k].iter_rows(values_only=True)
+            rows = [tuple(map(_stored, row, cells)) for row, cells in zip(rows, formulas, strict=True)]
         if numeric >= LEAST_ROWS:
-            content = np.frombuffer("\n".join(rows).encode(), dtype=np.uint8)
+            text = "\n".join("\t".join(map(_cell, row)) for row in rows)
+            content = np.frombuffer(text.encode(), dtype=np.uint8)
             of = f" of {len(sheets)}" if len(sheets) > 1 else ""
-            text = Found("", content.shape, content.nbytes, partial(np.array, content))
-            return [text], [f"sheet {sheet.title!r}{of}"]
-    raise ValueError("no sheet with rows of numbers")
+            return [Found("", content.shape, content.nbytes, partial(np.array, content))], [
+                f"sheet {sheet.title!r}{of}"
+            ]
+        lost = lost or next((v for row in rows for v in row if str(v).startswith(UNSTORED)), "")
+    raise ValueError(f"no sheet with rows of numbers{f'; {lost}' if lost else ''}")
+
+
+def _stored(value: Any, formula: Any) -> Any:
+    """Return the value of a cell, or the formula of a cell that has no value."""
+    return f"{UNSTORED}{formula}" if value is None and formula is not None else value
 
 
 def _cell(value: Any) -> str:

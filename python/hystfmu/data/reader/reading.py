@@ -51,11 +51,11 @@ def read(
 ) -> Dataset:
     """Read measured data from files or from data frames.
 
-    A text file is encoded in UTF-8, UTF-16 or cp1252. Its columns are separated by commas, semicolons, tabs or blanks,
-    and its numbers have a decimal point or a decimal comma. It may contain quotes, comments, a line of units of
-    measure, and lines above the headings, such as headers of LabVIEW and of oscilloscopes. It may be compressed with
-    gzip. Further formats are npy, npz, and MAT files with arrays and structs of dSPACE and Simulink. The extra
-    ``files`` adds HDF5, MAT of version 7.3, xlsx, parquet, feather and TDMS.
+    A text file is encoded in UTF-8, UTF-16, cp1252 or cp932 (Shift-JIS). Its columns are separated by commas,
+    semicolons, tabs or blanks, and its numbers have a decimal point or a decimal comma. It may contain quotes,
+    comments, a line of units of measure, and lines above the headings, such as headers of LabVIEW and of oscilloscopes.
+    It may be compressed with gzip. Further formats are npy, npz, and MAT files with arrays and structs of dSPACE and
+    Simulink. The extra ``files`` adds HDF5, MAT of version 7.3, xlsx, parquet, feather and TDMS.
 
     A time may be a number, a date with a time of day, or a count since 1970. The size of such a count determines its
     unit of measure. A file without a time column may state its sampling rate. `Dataset.read_as` states all assumptions

@@ -48,6 +48,7 @@ _BRACKETS = re.compile(r"(.*?)[\s,_]*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 _WIDE = str.maketrans("\uff08\uff09\uff3b\uff3d", "()[]")  # full-width brackets of East Asian keyboards
 _BEHIND = re.compile(r"(.*?\S)(\s*/\s*|\s+in\s+|\s*,\s*|_|\s+)([^\s/,_]+)")
 STEPS_AGREE = 1e-6  # permitted relative difference between the time steps of the columns of one record
+FIRST_AGREE = 0.5  # permitted difference between their first times, relative to the step
 _TIMES = ("t", "time", "zeit")  # names that may precede a unit of one letter, as in t_s
 
 
@@ -244,8 +245,8 @@ class Table:
 
     `named_in` is the location of the headings, for messages. `assumed` contains the assumptions of the reader. `lines`
     contains the line number of each row, or is None for files that do not consist of lines. `step` is the time step (s)
-    that the file states outside its columns, or 0. `own_steps` contains the time step (s) that the file states for each
-    column alone, or 0; it is empty for files of text.
+    that the file states outside its columns, or 0. `own_times` contains the time step (s) and the first time (s) that
+    the file states for each column alone, or 0; it is empty for files of text.
     """
 
     path: str
@@ -255,7 +256,7 @@ class Table:
     source: Source
     lines: Sequence[int] | None = None
     step: float = 0.0
-    own_steps: tuple[float, ...] = ()
+    own_times: tuple[tuple[float, float], ...] = ()
 
     def stepped(self, order: Sequence[int], timed: bool) -> "Table":
         """Return the table with the time step of the columns with the indices `order`.
@@ -263,15 +264,17 @@ class Table:
         Raises
         ------
         InputError
-            The columns have different time steps, and no column of times (`timed`) replaces them.
+            The columns have different time steps or first times, and no column of times (`timed`) replaces them.
         """
-        own = {k: self.own_steps[k] for k in order if self.own_steps and self.own_steps[k]}
+        own = {k: self.own_times[k] for k in order if self.own_times and self.own_times[k][0]}
         if not own:
             return self
-        if not timed and max(own.values()) > min(own.values()) * (1 + STEPS_AGREE):
-            told = ", ".join(f"{self.title(k)} ({step:.9g} s)" for k, step in own.items())
-            raise InputError(f"{self.where}The columns must have equal time steps. Got {told} instead.")
-        return replace(self, step=next(iter(own.values())))
+        steps, firsts = zip(*own.values(), strict=True)
+        for what, values, slack in (("time steps", steps, STEPS_AGREE), ("first times", firsts, FIRST_AGREE)):
+            if not timed and max(values) - min(values) > slack * min(steps):
+                told = ", ".join(f"{self.title(k)} ({value:.9g} s)" for k, value in zip(own, values, strict=True))
+                raise InputError(f"{self.where}The columns must have equal {what}. Got {told} instead.")
+        return replace(self, step=steps[0])
 
     @property
     def where(self) -> str:
