@@ -185,13 +185,10 @@ def test_the_child_ends_with_a_killed_supervisor(name: str) -> None:
     assert made.finish(60.0) == ([], True)
 
 
-@pytest.mark.parametrize(
-    ("parent", "python", "told"),
-    [
-        ("os.getppid()", "/no python", (125, "this process cannot run /no python: No such file or directory\n", "")),
-        ("0", sys.executable, (1, "", "")),  # the parent has ended
-    ],
-)
+@pytest.mark.parametrize(("parent", "python", "told"), [
+    ("os.getppid()", "/no python", (125, "this process cannot run /no python: No such file or directory\n", "")),
+    ("0", sys.executable, (1, "", "")),  # the parent has ended
+])  # fmt: skip
 def test_a_supervisor_without_python_or_parent_runs_nothing(parent: str, python: str, told: Any) -> None:
     code = f"import os, sys; sys.executable = {python!r}; sys.argv = ['', str({parent}), 'null', '-c', 'print(1)']\n"
     code += "from hystfmu.base.supervisor import main; main()"

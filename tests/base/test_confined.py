@@ -96,12 +96,7 @@ def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: 
 @pytest.mark.parametrize("options", [[], ["--unconfined"]], ids=["confined", "unconfined"])
 @pytest.mark.parametrize("command", ["run loop", ALONE, "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
 def test_commands(
-    command: str,
-    options: list[str],
-    tmp_path: Path,
-    home: Path,
-    server: socket.socket,
-    monkeypatch: pytest.MonkeyPatch,
+    command: str, options: list[str], tmp_path: Path, home: Path, server: socket.socket, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
     monkeypatch.chdir(fmu(tmp_path / "loop", home, server).parent)

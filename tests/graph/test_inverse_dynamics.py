@@ -26,13 +26,10 @@ PLAYS = Node("hysteresis", "prandtl_ishlinskii", {}, {"w0": 0.6, "r": [0.05, 0.2
 def plays(h: float, hold: str, zeta: float = 0.7, delay: float = 0.0) -> Model:
     """Return three plays, G0 with delay, and a readout."""
     graph = series(
-        Node("input", "scaling", {"n": 1}, {"gain": 0.02, "offset": -1.0}),
-        PLAYS,
-        *Dynamics(F_N, zeta, delay).nodes(h, hold),
-        Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
-        units=("V", "um"),
-        start=50.0,
-    )
+        Node("input", "scaling", {"n": 1}, {"gain": 0.02, "offset": -1.0}), PLAYS,
+        *Dynamics(F_N, zeta, delay).nodes(h, hold), Node("readout", "scaling", {"n": 1}, {"gain": -5.0, "offset": 3.0}),
+        units=("V", "um"), start=50.0,
+    )  # fmt: skip
     return Model("g0_prandtl_ishlinskii", graph, h, "", {}, {"span_u": [0.0, 100.0]})
 
 
@@ -247,15 +244,12 @@ def test_the_fit_says_what_an_ordinary_error_is() -> None:
     assert made.node("ports").value("gain") == pytest.approx(1 / 30)
 
 
-@pytest.mark.parametrize(
-    ("change", "options", "said"),
-    [
-        ({}, {"f_x": 1.0}, "Got 'f_x' instead"),
-        ({}, {"delay": 0.5}, "The option 'delay' must be a whole number of steps. Got 0.5 instead."),
-        ({"w": [0.4, -0.2]}, {}, "must not be negative"),
-        ({"w0": 0.0}, {}, "w0 greater than 0"),
-    ],
-)
+@pytest.mark.parametrize(("change", "options", "said"), [
+    ({}, {"f_x": 1.0}, "Got 'f_x' instead"),
+    ({}, {"delay": 0.5}, "The option 'delay' must be a whole number of steps. Got 0.5 instead."),
+    ({"w": [0.4, -0.2]}, {}, "must not be negative"),
+    ({"w0": 0.0}, {}, "w0 greater than 0"),
+])  # fmt: skip
 def test_a_model_without_such_an_inverse_is_refused_in_one_line(
     change: dict[str, object], options: dict[str, float], said: str
 ) -> None:
