@@ -285,7 +285,7 @@ def _line(*words: str | Path) -> str:
 def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str]) -> dict[str, tuple[Path, str]]:
     """Write the FMU of a model, and return the files of the model with the commands that create them."""
     file = folder / f"{name}.model.toml"
-    made = model.export(folder / f"{name}.fmu")
+    made = model.export(folder / f"{name}.fmu", name=name)  # the command names an FMU after its model file
     return {
         "model": (file, _line("fit", *fitting, "-o", file)),
         "FMU of the model": (made, _line("export", file, "-o", made)),
@@ -300,7 +300,7 @@ def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> d
     file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
     inverse = model.inverse()
     inverse.save(back)
-    made = inverse.export(folder / f"{name}_inverse.fmu")
+    made = inverse.export(folder / f"{name}_inverse.fmu", name=f"{name}_inverse")
     deployed = hy.Scenario.load(into).export_controller(folder / f"{name}_controller.fmu")
     study, drawn = folder / "devices.study.toml", folder / "devices"
     written = write_study(study, loop, into.name, name)
