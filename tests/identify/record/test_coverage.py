@@ -7,6 +7,7 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 
 from hystfmu import Dataset
 from hystfmu.cli import main
@@ -89,8 +90,7 @@ def test_fit_and_predict_print_it(tmp_path):
     Dataset.from_signal(1.5 * u, u, 1e-3).to_csv(tmp_path / "b.csv")
     a, b, out = str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), str(tmp_path / "m.model.toml")
     command = ["fit", a, "--model", "zhao_tan_mlp", "-o", out, "--set", "iterations=5", "--set", "starts=1"]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 0, done.output
+    done = invoked(command)
     assert "coverage %" in done.output
     inside = CliRunner().invoke(main, ["predict", out, a, "-o", str(tmp_path / "p.csv"), "--json"])
     assert (inside.stderr, json.loads(inside.stdout)["clamped_percent"]) == ("", 0.0)
