@@ -93,7 +93,7 @@ def networks():
     }
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "name", ["2-12-1 sigmoid", "deep, mixed, two outputs", "activations at both ends", "one Linear"]
 )
