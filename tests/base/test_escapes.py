@@ -215,6 +215,7 @@ def test_root_keeps_no_capability(user: User) -> None:  # noqa: F811
     assert {name: how for name, how in found.items() if how not in ("EACCES", "EPERM")} == {}
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize("signals", [False, True], ids=["Landlock", "Landlock without signals"])
 def test_what_a_process_does_to_itself_works(signals: bool, user: User) -> None:  # noqa: F811
     """Without the help of Landlock it may not end what it has started; the supervisor does that."""

@@ -55,6 +55,7 @@ def forget(xml: str, unknown: int) -> str:
     return f'{head}<ModelStructure>{structure[: listed.start()]}dependencies=""{structure[listed.end() :]}'
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize(
     ("make", "unknown", "words"),
     [
