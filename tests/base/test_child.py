@@ -1,6 +1,7 @@
 """Child processes end with all that they have started, whatever that does to stay."""
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -160,7 +161,7 @@ def test_generations_of_processes_that_make_others_end(name: str) -> None:
     while len(left(name)) < 6:
         time.sleep(0.01)
     assert not made.finish(0.1)[1]
-    assert left(name) == []
+    assert (left(name), made.ending) == ([], "ended with status 1")
 
 
 def test_all_end_with_a_killed_parent(name: str) -> None:
@@ -184,12 +185,31 @@ def test_the_child_ends_with_a_killed_supervisor(name: str) -> None:
     assert made.finish(60.0) == ([], True)
 
 
-def test_a_python_that_cannot_be_started_is_named() -> None:
-    code = "import os, sys; sys.executable = '/no python'; sys.argv = ['', str(os.getppid()), 'null']\n"
+@pytest.mark.parametrize(("parent", "python", "told"), [
+    ("os.getppid()", "/no python", (125, "this process cannot run /no python: No such file or directory\n", "")),
+    ("0", sys.executable, (1, "", "")),  # the parent has ended
+])  # fmt: skip
+def test_a_supervisor_without_python_or_parent_runs_nothing(parent: str, python: str, told: Any) -> None:
+    code = f"import os, sys; sys.executable = {python!r}; sys.argv = ['', str({parent}), 'null', '-c', 'print(1)']\n"
     code += "from hystfmu.base.supervisor import main; main()"
-    told = subprocess.run([sys.executable, "-c", code], env=CHILDS, capture_output=True, text=True, check=False)
-    line = "this process cannot run /no python: No such file or directory\n"
-    assert (told.returncode, told.stdout, told.stderr) == (125, line, "")
+    done = subprocess.run([sys.executable, "-c", code], env=CHILDS, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == told
+
+
+def test_other_systems_end_the_group_of_the_child_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pipe ends with the last process that has it."""
+    monkeypatch.setattr(sys, "platform", "darwin")
+    code = "import os, signal, sys, time\nsignal.signal(signal.SIGTERM, lambda *_: print('asked', flush=True))\n"
+    code += "if not os.fork(): time.sleep(600)\nos.write(int(sys.argv[1]), b'1')\ntime.sleep(float(sys.argv[2]))"
+    for sleeps, limit in ((0, 60.0), (600, 0.1)):
+        reads, writes = os.pipe()
+        made = Child("-c", code, str(writes), str(sleeps), keep=[writes])
+        os.close(writes)
+        assert os.read(reads, 1) == b"1"
+        assert made.finish(limit) == ([], sleeps == 0)
+        assert select.select([reads], [], [], 10.0)[0] == [reads]
+        assert (os.read(reads, 1), made.status) == (b"", 0 if sleeps == 0 else -signal.SIGKILL)
+        os.close(reads)
 
 
 @pytest.mark.turn("processes left behind")

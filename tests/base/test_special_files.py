@@ -38,13 +38,9 @@ WRITERS = [
 REFUSED = ("a device, pipe or socket", "must stay within the folder of the scenarios")  # a link leads to the device
 PEAK = {"peak": {"kind": "peak", "signal": "m.y"}}
 GOOD: dict[str, Any] = {
-    "name": "good",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["command"],
-    "units": {"command": {"block": "disturbance"}},
+    "name": "good", "step": 1e-3, "stop": 0.01, "order": ["command"], "units": {"command": {"block": "disturbance"}},
     "metrics": {"peak": {"kind": "peak", "signal": "command.d", "limit": 9.0}},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
@@ -169,14 +165,11 @@ def test_a_new_file_follows_the_umask_and_a_link_stays(folder: Path) -> None:
 
 
 @pytest.mark.turn("foreign code")
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "mkfifo(FILE, 0600)",
-        pytest.param('symlink("/dev/zero", FILE)', marks=pytest.mark.stress),
-        pytest.param('symlink("/etc/passwd", FILE)', marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize("kind", [
+    "mkfifo(FILE, 0600)",
+    pytest.param('symlink("/dev/zero", FILE)', marks=pytest.mark.stress),
+    pytest.param('symlink("/etc/passwd", FILE)', marks=pytest.mark.stress),
+])  # fmt: skip
 def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -152,15 +152,12 @@ def test_transfer_function_follows_a_step_that_changes() -> None:
     assert abs(ends[0] - ends[1]) <= 1e-15
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"b": [1, 2, 3], "a": [1, 2]}, "higher degree"),
-        ({"b": [1], "a": [0, 1, 2]}, "must not be 0"),
-        ({"b": [1], "a": [1, 0], "start": "steady"}, "no steady state"),
-        ({"b": [1], "a": [1e-300, 1e300]}, "too small relative to the others"),
-    ],
-)
+@pytest.mark.parametrize(("values", "words"), [
+    ({"b": [1, 2, 3], "a": [1, 2]}, "higher degree"),
+    ({"b": [1], "a": [0, 1, 2]}, "must not be 0"),
+    ({"b": [1], "a": [1, 0], "start": "steady"}, "no steady state"),
+    ({"b": [1], "a": [1e-300, 1e300]}, "too small relative to the others"),
+])  # fmt: skip
 def test_transfer_function_refuses(values: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words) as e:
         blocks.TransferFunction(**values)(np.zeros(3))

@@ -158,19 +158,16 @@ def test_oscillator_reproduces_the_official_sweep_record(records: dict[str, Arra
 
 
 # ---- parameters that do not fit together ----------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("block", "values", "sentence"),
-    [
-        (PrandtlIshlinskii, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
-        (PrandtlIshlinskiiInverse, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
-        (PrandtlIshlinskiiInverse, {"w0": 0.0, "r": [0.1], "w": [1]}, r"'w0' .* must be a float in \(0, inf\)"),
-        (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [-1, 2]}, "so that the loading curve increases"),
-        (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [1, -2]}, "so that the loading curve increases"),
-        (BoucWen, {"beta": 0.5, "gamma": -0.5}, r"beta \+ gamma must be greater than 0"),
-        (BoucWen, {"z0": 1.001}, r"z0\| must be at most \(A / \(beta \+ gamma\)\)\^\(1/n\)"),
-        (Scaling, {"lo": 1.0, "hi": 0.5}, "lo must not be greater than hi"),
-    ],
-)
+@pytest.mark.parametrize(("block", "values", "sentence"), [
+    (PrandtlIshlinskii, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
+    (PrandtlIshlinskiiInverse, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
+    (PrandtlIshlinskiiInverse, {"w0": 0.0, "r": [0.1], "w": [1]}, r"'w0' .* must be a float in \(0, inf\)"),
+    (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [-1, 2]}, "so that the loading curve increases"),
+    (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [1, -2]}, "so that the loading curve increases"),
+    (BoucWen, {"beta": 0.5, "gamma": -0.5}, r"beta \+ gamma must be greater than 0"),
+    (BoucWen, {"z0": 1.001}, r"z0\| must be at most \(A / \(beta \+ gamma\)\)\^\(1/n\)"),
+    (Scaling, {"lo": 1.0, "hi": 0.5}, "lo must not be greater than hi"),
+])  # fmt: skip
 def test_parameters_that_do_not_fit_together_are_refused(block: type, values: dict[str, object], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         block(**values)([0.0, 1.0])

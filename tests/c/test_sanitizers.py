@@ -175,14 +175,9 @@ def box(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
                 connections[f"x{fmi}.u{kind}"] = "reference.r"
     connections |= {"x3.un_2": "reference.r", "x3.uUInt16": "x3.yUInt8", "x3.vBoolean": "x2.yBoolean"}
     data = {
-        "name": "box",
-        "step": 1e-3,
-        "stop": 1.0,
-        "order": list(units),
-        "units": units,
-        "connections": connections,
+        "name": "box", "step": 1e-3, "stop": 1.0, "order": list(units), "units": units, "connections": connections,
         "metrics": {"p": {"kind": "final", "signal": "x2.yReal"}},
-    }
+    }  # fmt: skip
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
     fmu = write_loop(Cases(folder).cases[0], tmp_path / "box.fmu", 2)
     made = Path(fmpy.extract(str(fmu), str(tmp_path / "box")))

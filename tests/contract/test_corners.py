@@ -29,15 +29,12 @@ def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **valu
 
 
 # ---- values against their rows --------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("kind", "good", "bad"),
-    [
-        ("real", [0.0, 0.5, -1e300], [np.nan, np.inf, -np.inf]),
-        ("int", [2147483647.0, -2147483648.0, 0.0], [2147483648.0, -2147483649.0, 0.5, np.nan]),
-        ("bool", [0.0, 1.0], [-1.0, 2.0, 0.5, np.inf]),
-        ("zoh|foh|none", [0.0, 1.0, 2.0], [-1.0, 3.0, 1.5]),
-    ],
-)
+@pytest.mark.parametrize(("kind", "good", "bad"), [
+    ("real", [0.0, 0.5, -1e300], [np.nan, np.inf, -np.inf]),
+    ("int", [2147483647.0, -2147483648.0, 0.0], [2147483648.0, -2147483649.0, 0.5, np.nan]),
+    ("bool", [0.0, 1.0], [-1.0, 2.0, 0.5, np.inf]),
+    ("zoh|foh|none", [0.0, 1.0, 2.0], [-1.0, 3.0, 1.5]),
+])  # fmt: skip
 def test_a_value_is_checked_by_its_type(kind: str, good: list[float], bad: list[float]) -> None:
     row = RawVar(name=b"v", type=kind.encode(), lo=-np.inf, hi=np.inf)
     check = function("hyst_check", C.POINTER(RawVar), C.c_double)

@@ -37,16 +37,9 @@ def text(head, rows, encoding="utf-8", newline="\n", tail="\n"):
 GERMAN = ["Zeit [ms];Spannung [V];Weg [µm]"]
 PREAMBLE = ["Messung;Piezo 3", "Datum;22.11.2026", "Abtastrate;2000", ""]
 LABVIEW = [
-    "LabVIEW Measurement\t",
-    "Writer_Version\t2",
-    "Separator\tTab",
-    "Decimal_Separator\t,",
-    "***End_of_Header***\t",
-    "Channels\t2\t\t",
-    "Samples\t40\t40\t",
-    "***End_of_Header***\t\t\t",
-    "X_Value\tSpannung [V]\tWeg [um]\tComment",
-]
+    "LabVIEW Measurement\t", "Writer_Version\t2", "Separator\tTab", "Decimal_Separator\t,", "***End_of_Header***\t",
+    "Channels\t2\t\t", "Samples\t40\t40\t", "***End_of_Header***\t\t\t", "X_Value\tSpannung [V]\tWeg [um]\tComment",
+]  # fmt: skip
 
 
 def quoted(row):
@@ -407,17 +400,14 @@ def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
         assert word in message, message
 
 
-@pytest.mark.parametrize(
-    "heading",
-    [
-        "# Sample Rate: 1,000 Hz",
-        "# fs: 10 000 Hz",
-        "# fs = 10'000",
-        "# fs = 1.000,0 Hz",
-        "# dt: 1,5 ms",
-        "# fs = 2 kSps",
-    ],
-)
+@pytest.mark.parametrize("heading", [
+    "# Sample Rate: 1,000 Hz",
+    "# fs: 10 000 Hz",
+    "# fs = 10'000",
+    "# fs = 1.000,0 Hz",
+    "# dt: 1,5 ms",
+    "# fs = 2 kSps",
+])  # fmt: skip
 def test_an_unclear_rate_above_the_rows_is_not_used(heading, tmp_path):
     path = tmp_path / "a.csv"
     path.write_bytes(text([heading, "u,y"], [f"{k / 8},{k}" for k in range(9)]))
@@ -431,15 +421,12 @@ def test_a_named_time_is_no_signal_if_the_rate_is_given(tmp_path):
     assert not read(path, time="stamp", rate=100.0).has_output
 
 
-@pytest.mark.parametrize(
-    "days",
-    [
-        ("8.1.2026 23", "9.1.2026 0"),
-        ("8.1.26 23", "9.1.26 0"),
-        ("31.12.2025 23", "1.1.2026 0"),
-        ("1/8/2026 11", "1/9/2026 12"),
-    ],
-)
+@pytest.mark.parametrize("days", [
+    ("8.1.2026 23", "9.1.2026 0"),
+    ("8.1.26 23", "9.1.26 0"),
+    ("31.12.2025 23", "1.1.2026 0"),
+    ("1/8/2026 11", "1/9/2026 12"),
+])  # fmt: skip
 def test_a_date_without_zeros_goes_on_behind_midnight(days, tmp_path):
     path, half = tmp_path / "a.csv", " PM" * ("/" in days[0])
     stamps = [f"{days[0]}:59:5{k}{half}" for k in range(5, 10)] + [

@@ -38,19 +38,15 @@ def response(system, z):
     return np.array([C @ np.linalg.solve(v * np.eye(len(A)) - A, B) + D for v in z])
 
 
-@pytest.mark.parametrize(
-    "node",
-    [
-        PID,
-        Node("c", "lead_lag", {"n": 2}, {"K": 7.2, "T_z": [2e-4, 1e-3], "T_p": [2e-3, 1e-4]}),
-        Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-6, "epsilon": 0.3, "k_i": 1e7}),
-        Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0, "mu": 1.0, "epsilon": 0.3}),
-        Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-3}),
-        Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 0.0}),
-        Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0}),
-    ],
-    ids=lambda n: n.type,
-)
+@pytest.mark.parametrize("node", [
+    PID,
+    Node("c", "lead_lag", {"n": 2}, {"K": 7.2, "T_z": [2e-4, 1e-3], "T_p": [2e-3, 1e-4]}),
+    Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-6, "epsilon": 0.3, "k_i": 1e7}),
+    Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0, "mu": 1.0, "epsilon": 0.3}),
+    Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-3}),
+    Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 0.0}),
+    Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0}),
+], ids=lambda n: n.type)  # fmt: skip
 def test_the_tangent_of_a_controller_is_its_closed_form(node):
     graph = Graph.single(node)
     measured = [i.name for i in graph.inputs].index("y")

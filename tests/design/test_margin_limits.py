@@ -37,14 +37,11 @@ def test_every_broken_limit_is_a_line_and_exits_with_1(tmp_path: Path) -> None:
     assert lines[1].startswith("loop: margins.stable_to_steps: must be at least 3 at up_10, the worst of 1. Got ")
 
 
-@pytest.mark.parametrize(
-    ("limits", "why"),
-    [
-        ('case = "open"\nMs_db = 6', "margins.case: The case must have a loop. Got 'open' instead."),
-        ('corners = ["down_*"]\nstable_to_steps = 1', "margins.corners: A case with a loop must have such a name."),
-        ("Ms = 6", "margins.Ms"),
-    ],
-)
+@pytest.mark.parametrize(("limits", "why"), [
+    ('case = "open"\nMs_db = 6', "margins.case: The case must have a loop. Got 'open' instead."),
+    ('corners = ["down_*"]\nstable_to_steps = 1', "margins.corners: A case with a loop must have such a name."),
+    ("Ms = 6", "margins.Ms"),
+])  # fmt: skip
 def test_a_limit_that_nothing_can_meet_is_refused(tmp_path: Path, limits: str, why: str) -> None:
     run = CliRunner().invoke(main, ["margins", str(folder(tmp_path, limits))])
     assert run.exit_code == 2

@@ -122,12 +122,8 @@ def test_elements_of_an_array_are_distinguished() -> None:
     named = {n: {states[k] for k in known.states} | known.inputs for n, known in outputs.items()}
     assert named == {"y": {"o_q"}, "z": {"o_f"}, "w": {"a_q", "b_q"}}
     assert [{states[k] for k in known.states} | known.inputs for known in rates] == [
-        {"a_q", "p"},
-        {"b_q", "q"},
-        {"o_v"},
-        {"a_q", "b_q", "o_q", "o_v", "o_f"},
-        {"o_v", "o_f"},
-    ]
+        {"a_q", "p"}, {"b_q", "q"}, {"o_v"}, {"a_q", "b_q", "o_q", "o_v", "o_f"}, {"o_v", "o_f"},
+    ]  # fmt: skip
 
 
 def test_the_force_of_the_duhem_oscillator_depends_on_itself() -> None:
@@ -140,22 +136,15 @@ def test_the_force_of_the_duhem_oscillator_depends_on_itself() -> None:
 # ---- a model with a record -------------------------------------------------------------------------------------------
 # unit of measure: exponents of kg, m, s, A, K, rad; factor; offset (BIPM, The International System of Units, 9th ed.)
 UNITS: dict[str, tuple[tuple[int, ...], float, float]] = {
-    "um": ((0, 1, 0, 0, 0, 0), 1e-6, 0.0),
-    "ms": ((0, 0, 1, 0, 0, 0), 1e-3, 0.0),
-    "h": ((0, 0, 1, 0, 0, 0), 3600.0, 0.0),
-    "kV": ((1, 2, -3, -1, 0, 0), 1e3, 0.0),
-    "kV/mm": ((1, 1, -3, -1, 0, 0), 1e6, 0.0),
-    "um/V": ((-1, -1, 3, 1, 0, 0), 1e-6, 0.0),
-    "N.s/m2": ((1, -1, -1, 0, 0, 0), 1.0, 0.0),
-    "MPa": ((1, -1, -2, 0, 0, 0), 1e6, 0.0),
-    "mN": ((1, 1, -2, 0, 0, 0), 1e-3, 0.0),
-    "Oe": ((0, -1, 0, 1, 0, 0), 1e3 / (4 * np.pi), 0.0),
-    "degC": ((0, 0, 0, 0, 1, 0), 1.0, 273.15),
-    "degC/min": ((0, 0, -1, 0, 1, 0), 1 / 60, 0.0),
-    "deg": ((0, 0, 0, 0, 0, 1), np.pi / 180, 0.0),
-    "%": ((0, 0, 0, 0, 0, 0), 0.01, 0.0),
+    "um": ((0, 1, 0, 0, 0, 0), 1e-6, 0.0), "ms": ((0, 0, 1, 0, 0, 0), 1e-3, 0.0),
+    "h": ((0, 0, 1, 0, 0, 0), 3600.0, 0.0), "kV": ((1, 2, -3, -1, 0, 0), 1e3, 0.0),
+    "kV/mm": ((1, 1, -3, -1, 0, 0), 1e6, 0.0), "um/V": ((-1, -1, 3, 1, 0, 0), 1e-6, 0.0),
+    "N.s/m2": ((1, -1, -1, 0, 0, 0), 1.0, 0.0), "MPa": ((1, -1, -2, 0, 0, 0), 1e6, 0.0),
+    "mN": ((1, 1, -2, 0, 0, 0), 1e-3, 0.0), "Oe": ((0, -1, 0, 1, 0, 0), 1e3 / (4 * np.pi), 0.0),
+    "degC": ((0, 0, 0, 0, 1, 0), 1.0, 273.15), "degC/min": ((0, 0, -1, 0, 1, 0), 1 / 60, 0.0),
+    "deg": ((0, 0, 0, 0, 0, 1), np.pi / 180, 0.0), "%": ((0, 0, 0, 0, 0, 0), 0.01, 0.0),
     "kg": ((1, 0, 0, 0, 0, 0), 1.0, 0.0),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", UNITS)

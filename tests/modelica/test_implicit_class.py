@@ -98,20 +98,14 @@ def unlike(node: Node, *more: Node) -> Model:
     )
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (
-            lambda: chain(Node("p", "implicit_inverse")),
-            "'p': its input h must be wired to a block that depends on its output u",
-        ),
-        (
-            lambda: unlike(Node("i", "zhao_tan_inverse")),
-            "'i': .* no static form of 'zhao_tan_inverse'",
-        ),
-        (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
-    ],
-)
+@pytest.mark.parametrize(("make", "message"), [
+    (
+        lambda: chain(Node("p", "implicit_inverse")),
+        "'p': its input h must be wired to a block that depends on its output u",
+    ),
+    (lambda: unlike(Node("i", "zhao_tan_inverse")), "'i': .* no static form of 'zhao_tan_inverse'"),
+    (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
+])  # fmt: skip
 def test_what_cannot_be_exported_is_one_line(make: object, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message) as e:
         export_modelica(make(), tmp_path / "lib", "P")  # type: ignore[operator]

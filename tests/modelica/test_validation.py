@@ -16,12 +16,9 @@ OPERATORS = [n for n in compare.models() if compare_operator.is_realisation(n, "
 # others of this list take 0.7 s and more each.
 QUICK = ("PlayBank", "BoucWen")
 LONG = (
-    "Sampled.BoucWenKnee",
-    "Sampled.DuhemSteps",
-    "Sampled.ConstraintFactorInverse",
-    "Sampled.ImplicitInverse",
+    "Sampled.BoucWenKnee", "Sampled.DuhemSteps", "Sampled.ConstraintFactorInverse", "Sampled.ImplicitInverse",
     "Sampled.JilesAtherton",
-)
+)  # fmt: skip
 
 
 def is_long(name: str) -> bool:

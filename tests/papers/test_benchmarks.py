@@ -34,15 +34,12 @@ def test_turning_points_under_noise_and_on_plateaus():
 
 @pytest.mark.some(3)
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
-@pytest.mark.parametrize(
-    ("plant", "memory"),
-    [
-        (plants.prandtl_ishlinskii, "return-point"),
-        (plants.asymmetric, "return-point"),
-        (plants.bouc_wen, "no return-point"),
-        (lambda u: plants.bouc_wen(u, b=0.3, n=2.0), "no return-point"),
-    ],
-)
+@pytest.mark.parametrize(("plant", "memory"), [
+    (plants.prandtl_ishlinskii, "return-point"),
+    (plants.asymmetric, "return-point"),
+    (plants.bouc_wen, "no return-point"),
+    (lambda u: plants.bouc_wen(u, b=0.3, n=2.0), "no return-point"),
+])  # fmt: skip
 def test_minor_loops_tell_the_class_of_memory(plant, memory, noise):
     u = signals.training(60, 1)
     y = plant(u)
@@ -146,11 +143,8 @@ def test_piezo_table_without_data_is_what_was_published(tmp_path):
     assert done.exit_code == 0
     (report,) = json.loads(done.output)
     assert [(r["printed"], r["reported"]) for r in report["rows"]] == [
-        (1.68, None),
-        (0.58, None),
-        (None, 0.316),
-        (None, 0.285),
-    ]
+        (1.68, None), (0.58, None), (None, 0.316), (None, 0.285),
+    ]  # fmt: skip
     assert "--data" in report["notes"][0]
     for more in ([], ["--data", str(tmp_path / "none")]):
         done = CliRunner().invoke(main, ["reproduce", "dbo_piezo", *more])

@@ -97,16 +97,10 @@ def test_what_cannot_be_stable_is_refused_with_what_is_reachable(designed: tuple
     assert command(*asked, "--cutoff", reachable).exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("words", "rule"),
-    [
-        (["--frequency", 103], "whole number of steps"),
-        (["--frequency", 100, "--period", 0.01], "Got both"),
-        (["--gain", 1.5], "gain"),
-        (["--cutoff", 6000], "cutoff"),
-        (["--period", "nan"], "period"),
-    ],
-)
+@pytest.mark.parametrize(("words", "rule"), [
+    (["--frequency", 103], "whole number of steps"), (["--frequency", 100, "--period", 0.01], "Got both"),
+    (["--gain", 1.5], "gain"), (["--cutoff", 6000], "cutoff"), (["--period", "nan"], "period"),
+])  # fmt: skip
 def test_bad_words_are_refused_in_one_line(designed: tuple[Path, Result], words: list[object], rule: str) -> None:
     folder, _ = designed
     refused = command("design", "repetitive", folder / "loop", "-o", folder / "none", *words)
@@ -217,11 +211,8 @@ def test_the_written_scenario_has_the_controller_alone_and_stays_stable_with_the
     assert set(table["units"]) == {"device", "gauge", "wanted", name, "undo", "computing"}
     ends = {k: v for k, v in table["connections"].items() if name in (k.split(".")[0], v.split(".")[0])}
     assert ends == {
-        f"{name}.y_d": "wanted.r",
-        f"{name}.u_ff": "wanted.r",
-        f"{name}.y": "gauge.y",
-        "undo.v": f"{name}.u",
-    }
+        f"{name}.y_d": "wanted.r", f"{name}.u_ff": "wanted.r", f"{name}.y": "gauge.y", "undo.v": f"{name}.u",
+    }  # fmt: skip
     assert [c["name"] for c in table["case"]] == ["scan", "slow"]
     assert told["Ms_db"] <= 6
     assert told["margins"]["stable"]

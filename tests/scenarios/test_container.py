@@ -14,6 +14,7 @@ import fmpy
 import numpy as np
 import pytest
 import tomli_w
+from bad_fmu import LOOP, bad_fmu
 from click.testing import CliRunner
 from drawn_unit import LETTERS, Variable, bounds, drawn_fmu
 from engines import boxed, ready
@@ -217,13 +218,13 @@ def called(slave: FMU2Slave, name: str, *arguments: Any) -> int:
     return int(call(C.c_void_p(slave.component), *(C.c_double(a) if isinstance(a, float) else a for a in arguments)))
 
 
-def tried(folder: Path, n: int = 1) -> list[str]:
-    """What an instance logs when it is made and makes n steps; nothing if all goes well."""
+def tried(folder: Path, n: int = 1, h: float = 0.0) -> list[str]:
+    """What an instance logs when it is made and makes n steps, of h if it is given; nothing if all goes well."""
     said: list[str] = []
     slave = made(folder, said)
     if slave.component is None:
         return said
-    h = float(fmpy.read_model_description(str(folder), validate=False).defaultExperiment.stepSize)
+    h = h or float(fmpy.read_model_description(str(folder), validate=False).defaultExperiment.stepSize)
     with contextlib.suppress(FMICallException):
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
@@ -441,7 +442,18 @@ def test_a_unit_that_ends_the_simulation_is_named(write: Any, tmp_path: Path, fm
     folder = typed(write, fmi)
     words = {"Integer": "Int32"} if fmi == 3 else {}
     drawn_fmu(folder / "x.fmu", fmi, [replace(v, type=words.get(v.type, v.type)) for v in VARIABLES], last=2)
-    assert tried(unpacked(folder, tmp_path)[0], 3) == [f"unit 'x' refuses the step from t = 0.001 s{why}"]
+    box, line = unpacked(folder, tmp_path)[0], f"unit 'x' refuses the step from t = 0.001 s{why}"
+    assert tried(box, 3) == tried(box, h=1e6) == [line]  # 1e9 steps are the most
+
+
+@pytest.mark.parametrize(
+    ("defect", "start", "t"), [("", "1e400", "0"), ("{ y = 1e400; return fmi2OK; }", "0.0", "0.006")]
+)
+def test_values_that_are_not_finite_end_a_run(tmp_path: Path, defect: str, start: str, t: str) -> None:
+    (tmp_path / "scenario.toml").write_text(tomli_w.dumps(LOOP))
+    extra = f"__attribute__((constructor)) static void start(void) {{ y = {start}; }}"
+    bad_fmu(tmp_path / "bad.fmu", defect, -1.0, extra)
+    assert tried(unpacked(tmp_path, tmp_path)[0], 8) == [f"values that are not finite at t = {t} s"]
 
 
 def test_outputs_are_known_in_initialization_mode(write: Any, tmp_path: Path) -> None:

@@ -233,16 +233,13 @@ def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     assert run_ssp(path, "native").passed
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
-        (b'name="plant"', b'name="pl ant"', "a component must have a unique name"),
-        (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "components must not be nested"),
-        (b"1e-04", b"soon", "must be a number"),
-        (b"</ssd:System>", b"", "SystemStructure.ssd: "),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
+    (b'name="plant"', b'name="pl ant"', "a component must have a unique name"),
+    (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "components must not be nested"),
+    (b"1e-04", b"soon", "must be a number"),
+    (b"</ssd:System>", b"", "SystemStructure.ssd: "),
+])  # fmt: skip
 def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: bytes, new: bytes, message: str) -> None:
     bad = tmp_path / "bad.ssp"
     with zipfile.ZipFile(archive) as source, zipfile.ZipFile(bad, "w") as target:
@@ -285,18 +282,11 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
     assert not out.exists()
 
 
-@pytest.mark.parametrize(
-    ("unit", "change", "said"),
-    [
-        ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
-        ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
-        (
-            "",
-            {"scheme": "iterative"},
-            "the coupling must not be iterative, which SSP does not support",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("unit", "change", "said"), [
+    ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
+    ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
+    ("", {"scheme": "iterative"}, "the coupling must not be iterative, which SSP does not support"),
+])  # fmt: skip
 def test_what_no_reader_of_an_ssp_does_is_refused(
     loop: Any, write: Any, tmp_path: Path, unit: str, change: dict[str, Any], said: str
 ) -> None:

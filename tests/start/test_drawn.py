@@ -109,15 +109,12 @@ def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
     assert y == pytest.approx(truth(command, 2 * np.pi * f, zeta, late), abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("modes", "bent", "words"),
-    [
-        (0, False, "the record shows no resonance up to 100 Hz, and gives no information above"),
-        (0, True, "the record shows no resonance up to 30 Hz, and determines no mode above, where its response is not"),
-        (1, False, "the record gives no information about the device above 100 Hz, except for its modes at 300 Hz"),
-        (1, True, "above 30 Hz the modes that the record determines do not describe its response"),
-    ],
-)
+@pytest.mark.parametrize(("modes", "bent", "words"), [
+    (0, False, "the record shows no resonance up to 100 Hz, and gives no information above"),
+    (0, True, "the record shows no resonance up to 30 Hz, and determines no mode above, where its response is not"),
+    (1, False, "the record gives no information about the device above 100 Hz, except for its modes at 300 Hz"),
+    (1, True, "above 30 Hz the modes that the record determines do not describe its response"),
+])  # fmt: skip
 def test_a_note_names_modes_only_if_the_record_determines_one(modes: int, bent: bool, words: str) -> None:
     f, none = np.linspace(1, 100, 100), np.zeros(100)
     gain = np.abs(Plant((300.0,), (0.1,), (1.0,)).response(np.exp(2j * np.pi * f * 1e-6), 1e-6)) if modes else 1 + none

@@ -170,8 +170,7 @@ def made(name: str) -> ModuleType:
 @pytest.mark.turn("designs of a study")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
-    "folder",
-    [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS],
+    "folder", [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS]
 )
 def test_every_case_meets_its_requirement(folder: Path) -> None:
     results = hy.run([folder], engine="native")

@@ -372,11 +372,10 @@ def _joined(errors: list[Any], data: Any) -> list[Any]:
         at: Any = data
         place: list[str | int] = []
         for part in error["loc"]:
-            inside = part in at if isinstance(at, dict) else isinstance(at, list) and part in range(len(at))
-            if inside:
+            if part in at if isinstance(at, dict) else isinstance(at, list) and part in range(len(at)):
                 at = at[part]
-            if inside or error["type"] == "missing":
                 place.append(part)
+        place += error["loc"][-1:] if error["type"] == "missing" else ()
         found.setdefault(tuple(place), []).append(error)
     typed = {place for place, several in found.items() if several[0]["loc"] != place}
     inner = [place for place in found if not any(len(p) > len(place) and p[: len(place)] == place for p in typed)]

@@ -43,14 +43,9 @@ def at_terminal(
     shown, sent, end = b"", False, time.monotonic() + 120
     with (cwd / "stdout").open("wb") as out:
         process = subprocess.Popen(
-            words_of(*words),
-            cwd=cwd,
-            env=os.environ | more,
-            stdout=theirs if both else out,
-            stderr=theirs,
-            stdin=subprocess.DEVNULL,
-            preexec_fn=_hear_interrupts,
-        )
+            words_of(*words), cwd=cwd, env=os.environ | more, stdout=theirs if both else out, stderr=theirs,
+            stdin=subprocess.DEVNULL, preexec_fn=_hear_interrupts,
+        )  # fmt: skip
     os.close(theirs)
     with contextlib.suppress(OSError):  # Linux tells so that the other side is closed
         while (part := os.read(ours, 65536)) and time.monotonic() < end:
@@ -297,14 +292,11 @@ def test_every_command_is_here_or_has_no_table() -> None:
 
 
 @pytest.mark.some(2)
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
-        for name, listed in TABLES.items()
-        for words in listed
-    ],
-)
+@pytest.mark.parametrize("words", [
+    pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
+    for name, listed in TABLES.items()
+    for words in listed
+])  # fmt: skip
 def test_no_line_is_longer_than_the_terminal(words: str, narrow: Path) -> None:
     done = CliRunner().invoke(main, shlex.split(words))
     assert done.exit_code in (0, 1), done.output

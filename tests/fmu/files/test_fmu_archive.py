@@ -249,13 +249,9 @@ def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], f
 RUN = ["--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
 DAY = 86400.0
 LOOP: dict[str, Any] = {
-    "name": "loop",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["unit"],
-    "units": {"unit": {"fmu": "x.fmu"}},
+    "name": "loop", "step": 1e-3, "stop": 0.01, "order": ["unit"], "units": {"unit": {"fmu": "x.fmu"}},
     "metrics": {"last": {"kind": "final", "signal": "unit.y"}},
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -417,13 +413,10 @@ def test_a_bad_archive_is_refused_with_and_without_a_cache(cache: Path, monkeypa
     assert not cache.exists() or list(cache.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("method", "mark", "at", "message"),
-    [
-        (zipfile.ZIP_LZMA, b"PK\3\4", 70, "'modelDescription.xml' cannot be unpacked: Corrupt input data"),
-        (zipfile.ZIP_STORED, b"PK\1\2", 6, "not a ZIP archive, or truncated (zip file version 20.4)"),
-    ],
-)
+@pytest.mark.parametrize(("method", "mark", "at", "message"), [
+    (zipfile.ZIP_LZMA, b"PK\3\4", 70, "'modelDescription.xml' cannot be unpacked: Corrupt input data"),
+    (zipfile.ZIP_STORED, b"PK\1\2", 6, "not a ZIP archive, or truncated (zip file version 20.4)"),
+])  # fmt: skip
 def test_damage_of_every_method_is_one_line(cache: Path, method: int, mark: bytes, at: int, message: str) -> None:
     with zipfile.ZipFile("x.fmu", "w", method) as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION)

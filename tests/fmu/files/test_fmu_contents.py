@@ -58,14 +58,10 @@ def test_an_importer_repeats_the_reference_experiment(tmp_path: Path, fmi: int, 
     has_input = experiment.find("Stimuli") is not None
     want = read_csv(tmp_path / "result.csv")
     got = fmpy.simulate_fmu(
-        str(path),
-        start_time=float(run.get("startTime", "")),
-        stop_time=float(run.get("stopTime", "")),
-        output_interval=float(run.get("stepSize", "")),
-        input=read_csv(tmp_path / "input.csv") if has_input else None,
-        fmi_type="CoSimulation",
-        record_events=False,
-    )
+        str(path), start_time=float(run.get("startTime", "")), stop_time=float(run.get("stopTime", "")),
+        output_interval=float(run.get("stepSize", "")), input=read_csv(tmp_path / "input.csv") if has_input else None,
+        fmi_type="CoSimulation", record_events=False,
+    )  # fmt: skip
     assert len(got) == len(want) == 201
     for column in want.dtype.names or ():
         if column == "time":
@@ -206,13 +202,8 @@ def test_names_of_files_follow_the_standard(tmp_path: Path) -> None:
     assert not [n for n in two if n.startswith("terminalsAndIcons")], "FMI 2.0 has no such directory"
     assert "model.png" not in three
     assert {n.split("/")[0] for n in three} == {
-        "modelDescription.xml",
-        "binaries",
-        "resources",
-        "terminalsAndIcons",
-        "documentation",
-        "extra",
-    }
+        "modelDescription.xml", "binaries", "resources", "terminalsAndIcons", "documentation", "extra",
+    }  # fmt: skip
 
 
 def test_a_graph_has_a_default_experiment(tmp_path: Path, fmi: int) -> None:

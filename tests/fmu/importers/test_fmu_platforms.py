@@ -31,14 +31,10 @@ BUILD = Path(__file__).parents[3] / "fmu_build" / "platforms" / "build.py"
 FOLDERS = {
     2: {"win64/m.dll", "win32/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
     3: {
-        "x86_64-windows/m.dll",
-        "x86-windows/m.dll",
-        "x86_64-linux/m.so",
-        "aarch64-linux/m.so",
-        "x86_64-darwin/m.dylib",
+        "x86_64-windows/m.dll", "x86-windows/m.dll", "x86_64-linux/m.so", "aarch64-linux/m.so", "x86_64-darwin/m.dylib",
         "aarch64-darwin/m.dylib",
     },
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -160,11 +156,7 @@ def test_the_universal_binary_holds_both_processors(crossed: Path) -> None:
 @pytest.mark.stress
 @pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("linux")])
 def test_it_needs_no_newer_c_library(crossed: Path, name: str) -> None:
-    assert needs_glibc_2_17(binary(crossed, name)) <= {
-        "libc.so.6",
-        "ld-linux-x86-64.so.2",
-        "ld-linux-aarch64.so.1",
-    }
+    assert needs_glibc_2_17(binary(crossed, name)) <= {"libc.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
 
 
 @pytest.mark.stress

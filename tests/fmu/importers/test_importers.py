@@ -12,16 +12,7 @@ import tomli_w
 from fmpy import simulate_fmu
 from fmu_master import Array, loop, rows, single
 from reference_fmus import reference_fmu
-from runners import (
-    READERS,
-    absent,
-    clock,
-    error,
-    run_by_fmpy,
-    run_by_libcosim,
-    run_by_unit,
-    run_in_container,
-)
+from runners import READERS, absent, clock, error, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
 from test_keys import KEYS, LEARNED, REFUSED, H, fitted_model, signal_for
 
 import hystfmu as hy

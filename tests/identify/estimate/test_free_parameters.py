@@ -111,25 +111,22 @@ def test_what_the_record_does_not_tell_apart_is_warned_of():
     assert any("does not determine plays.r[3]" in w for w in model.fit["warnings"])
 
 
-@pytest.mark.parametrize(
-    ("free", "wrong"),
-    [
-        ({}, "must be at least one"),
-        ({"play.w": True}, "with a node of plays, out. Got 'play.w' instead. Did you mean"),
-        ({"plays.weight": True}, "must be one of w0, r, w, z0. Got 'weight' instead"),
-        ({"plays.n": True}, "must not be a size. Got 'plays.n'"),
-        ({"plays.w[4]": True}, r"must be in 1\.\.3. Got 4 instead"),
-        ({"plays.w": True, "plays.w[1]": True}, "must be named once"),
-        ({"plays.w": (0.2, 1.0)}, r"must contain its value in the graph, 0.1. Got 0.2 to 1"),
-        ({"plays.w": (1.0, 1.0)}, "must be below the upper bound. Got 1 and 1"),
-        ({"plays.w": False}, "must be true, .lower, upper. or a table. Got False"),
-        ({"plays.w": {"least": 0.0}}, "must be one of lower, upper, scale, rising, sum. Got 'least'"),
-        ({"plays.w": {"scale": "sqrt"}}, "must be 'linear' or 'log'. Got 'sqrt'"),
-        ({"plays.w": {"lower": "0"}}, "must be a number. Got '0'"),
-        ({"plays.z0": {"scale": "log"}}, "must be positive for the scale 'log'. Got 0"),
-        ({"plays.w": {"sum": 1.0}}, "with the sum 1. Got 0.3"),
-    ],
-)
+@pytest.mark.parametrize(("free", "wrong"), [
+    ({}, "must be at least one"),
+    ({"play.w": True}, "with a node of plays, out. Got 'play.w' instead. Did you mean"),
+    ({"plays.weight": True}, "must be one of w0, r, w, z0. Got 'weight' instead"),
+    ({"plays.n": True}, "must not be a size. Got 'plays.n'"),
+    ({"plays.w[4]": True}, r"must be in 1\.\.3. Got 4 instead"),
+    ({"plays.w": True, "plays.w[1]": True}, "must be named once"),
+    ({"plays.w": (0.2, 1.0)}, r"must contain its value in the graph, 0.1. Got 0.2 to 1"),
+    ({"plays.w": (1.0, 1.0)}, "must be below the upper bound. Got 1 and 1"),
+    ({"plays.w": False}, "must be true, .lower, upper. or a table. Got False"),
+    ({"plays.w": {"least": 0.0}}, "must be one of lower, upper, scale, rising, sum. Got 'least'"),
+    ({"plays.w": {"scale": "sqrt"}}, "must be 'linear' or 'log'. Got 'sqrt'"),
+    ({"plays.w": {"lower": "0"}}, "must be a number. Got '0'"),
+    ({"plays.z0": {"scale": "log"}}, "must be positive for the scale 'log'. Got 0"),
+    ({"plays.w": {"sum": 1.0}}, "with the sum 1. Got 0.3"),
+])  # fmt: skip
 def test_what_is_refused(free, wrong):
     with pytest.raises(hy.InputError, match=wrong) as e:
         hy.fit(record(), graph(), free=free)
@@ -333,15 +330,12 @@ def test_a_model_file_with_a_table_of_free_parameters_is_fitted_again(folder):
     assert list(again.fit["free"]) == ["out.offset"]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "wrong"),
-    [
-        ("format = 1\n", "", "format"),
-        ('[free]\n"plays.w0" = [0.0, inf]\n', '[frees]\n"plays.w0" = [0.0, inf]\n', "frees"),
-        ('"plays.w" = true', '"play.w" = true', "Did you mean"),
-        ("backlash_sum", "backlash", "type of a block"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "wrong"), [
+    ("format = 1\n", "", "format"),
+    ('[free]\n"plays.w0" = [0.0, inf]\n', '[frees]\n"plays.w0" = [0.0, inf]\n', "frees"),
+    ('"plays.w" = true', '"play.w" = true', "Did you mean"),
+    ("backlash_sum", "backlash", "type of a block"),
+])  # fmt: skip
 def test_a_bad_file_ends_in_one_line(folder, old, new, wrong):
     Path("my.graph.toml").write_text(GRAPH.replace(old, new))
     with pytest.raises(hy.InputError, match=wrong) as e:

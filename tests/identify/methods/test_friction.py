@@ -68,14 +68,9 @@ def test_the_numbers_of_the_friction_are_found_in_units_of_measure():
     model = hy.fit(hy.Dataset.from_signal(u + 1e-6, y + noise, H), "lugre")
     found = model.fit["free"]
     want = {
-        "friction.sigma_0": size * stiff,
-        "friction.sigma_1": size * damp,
-        "friction.sigma_2": size * viscous,
-        "friction.d_c": coulomb / stiff,
-        "friction.d_s": static / stiff,
-        "friction.v_s": v_s,
-        "readout.k[1]": 1e6,
-    }
+        "friction.sigma_0": size * stiff, "friction.sigma_1": size * damp, "friction.sigma_2": size * viscous,
+        "friction.d_c": coulomb / stiff, "friction.d_s": static / stiff, "friction.v_s": v_s, "readout.k[1]": 1e6,
+    }  # fmt: skip
     for name, value in want.items():
         # explicit steps differ from exact ones by less than a percent
         assert abs(found[name]["value"] - value) <= 5 * found[name]["standard_error"] + 0.01 * abs(value), name

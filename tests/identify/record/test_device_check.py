@@ -191,16 +191,13 @@ def test_the_first_part_within_a_quarter_of_the_best_or_of_the_fit(rms):
     assert {"offset", "gain"} <= set(seen)
 
 
-@pytest.mark.parametrize(
-    ("given", "data", "factor", "words"),
-    [
-        (stated(), record(lambda u: np.full(len(u), np.nan)), 2.0, "new: The data must have a measured output"),
-        (stated(), record(), 1.0, r"greater than 1\. Got 1 instead"),
-        (stated(fit={"rms": 0.0}), record(), 2.0, r"fit\.rms > 0\. Got 0\.0 of k"),
-        (stated(trained_u=None), record(), 2.0, r"trained_u = \[least, largest\]\. Got None"),
-        (stated(trained_u=[1.0]), record(), 2.0, r"Got \[1\.0\]"),
-    ],
-)
+@pytest.mark.parametrize(("given", "data", "factor", "words"), [
+    (stated(), record(lambda u: np.full(len(u), np.nan)), 2.0, "new: The data must have a measured output"),
+    (stated(), record(), 1.0, r"greater than 1\. Got 1 instead"),
+    (stated(fit={"rms": 0.0}), record(), 2.0, r"fit\.rms > 0\. Got 0\.0 of k"),
+    (stated(trained_u=None), record(), 2.0, r"trained_u = \[least, largest\]\. Got None"),
+    (stated(trained_u=[1.0]), record(), 2.0, r"Got \[1\.0\]"),
+])  # fmt: skip
 def test_what_a_check_needs(given, data, factor, words):
     with pytest.raises(InputError, match=words):
         check_device(given, data, factor)

@@ -172,15 +172,12 @@ def test_a_bend_with_fewer_knots_goes_through_those_that_are_left() -> None:
         assert np.abs(bent(v, 0.0, 1.0, r, w) - bent(v, *fewer)).max() < 1e-12, seed
 
 
-@pytest.mark.parametrize(
-    ("sheet", "says"),
-    [
-        ({"stroke": 1e-5}, "both stroke and blocking_force"),
-        ({"stiffness": 1.0}, "no value 'stiffness'"),
-        ({"resonance": -1.0}, "'resonance' of a data sheet must be a float in"),
-        ({"capacitance": 1e-9}, "must exceed"),
-    ],
-)
+@pytest.mark.parametrize(("sheet", "says"), [
+    ({"stroke": 1e-5}, "both stroke and blocking_force"),
+    ({"stiffness": 1.0}, "no value 'stiffness'"),
+    ({"resonance": -1.0}, "'resonance' of a data sheet must be a float in"),
+    ({"capacitance": 1e-9}, "must exceed"),
+])  # fmt: skip
 def test_a_wrong_data_sheet_is_one_line(sheet: dict[str, float], says: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=re.escape(says)) as refused:
         demo("prandtl_ishlinskii").export_modelica(tmp_path / "Piezo", sheet=sheet)

@@ -55,12 +55,9 @@ def at_constant(model: Model, kind: str, folder: Path) -> dict[str, np.ndarray]:
 
 
 CASES = [
-    ("prandtl_ishlinskii", "Model", 2),
-    ("prandtl_ishlinskii", "Events", 2),
-    ("prandtl_ishlinskii", "Events", IN_A_ROW),
-    ("prandtl_ishlinskii", "Smooth", 4),
-    ("preisach", "Events", 2),
-]
+    ("prandtl_ishlinskii", "Model", 2), ("prandtl_ishlinskii", "Events", 2), ("prandtl_ishlinskii", "Events", IN_A_ROW),
+    ("prandtl_ishlinskii", "Smooth", 4), ("preisach", "Events", 2),
+]  # fmt: skip
 
 
 @pytest.mark.turn("exported Modelica")

@@ -67,13 +67,9 @@ def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
 
 
 TIED = [
-    Node("part", "transfer_function"),
-    Node("part", "delay", {"n": 2}),
-    Node("part", "iterative_learning"),
-    Node("part", "narx_network"),
-    Node("part", "polynomial_narx", {"n_f": 0}),
-    Node("part", "repetitive"),
-]
+    Node("part", "transfer_function"), Node("part", "delay", {"n": 2}), Node("part", "iterative_learning"),
+    Node("part", "narx_network"), Node("part", "polynomial_narx", {"n_f": 0}), Node("part", "repetitive"),
+]  # fmt: skip
 
 
 @pytest.mark.turn("exported Modelica")
@@ -121,15 +117,12 @@ def check(o: exported.Outcome) -> None:
 
 
 @pytest.mark.some(2)
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ("<b>Limitations", "<b>Note", "undocumented: Piezo.Model"),
-        ("connect(network.y, y)", "connect(network.y, y);\n  connect(y, network.y)", "connected_twice: Piezo.Model"),
-        ("modelica://HystFMU.", "modelica://HystFMU.No.", "dead_link: Piezo.Model"),
-        ("within Piezo;", "within Other;", "Model.mo is within Other"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "says"), [
+    ("<b>Limitations", "<b>Note", "undocumented: Piezo.Model"),
+    ("connect(network.y, y)", "connect(network.y, y);\n  connect(y, network.y)", "connected_twice: Piezo.Model"),
+    ("modelica://HystFMU.", "modelica://HystFMU.No.", "dead_link: Piezo.Model"),
+    ("within Piezo;", "within Other;", "Model.mo is within Other"),
+])  # fmt: skip
 def test_a_mistake_in_an_exported_package_is_found(old: str, new: str, says: str, tmp_path: Path) -> None:
     package = export_modelica(MADE["nfir_without_auxiliary"](), tmp_path, "Piezo")
     assert exported.complaints(package) == []

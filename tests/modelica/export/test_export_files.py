@@ -135,16 +135,13 @@ LOOP = Graph(
 )
 
 
-@pytest.mark.parametrize(
-    ("make", "name", "message"),
-    [
-        (lambda: chain(Node("net", "polynomial_narx", {"q": 4, "n_f": 0})), "P", "'net': .* degree q up to 3; got 4"),
-        (lambda: Model("made", LOOP, 0.01), "P", "total.y -> late.u leads back to an earlier block"),
-        (lambda: chain(Node("d", "delay")), "my model", "'my model' must be a letter followed by"),
-        (lambda: chain(Node("d", "delay")), "model", "'model' must be a letter followed by|must begin with a capital"),
-        (lambda: chain(Node("d", "delay")), "HystFMU", "'HystFMU' must begin with a capital and hide no class"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("make", "name", "message"), [
+    (lambda: chain(Node("net", "polynomial_narx", {"q": 4, "n_f": 0})), "P", "'net': .* degree q up to 3; got 4"),
+    (lambda: Model("made", LOOP, 0.01), "P", "total.y -> late.u leads back to an earlier block"),
+    (lambda: chain(Node("d", "delay")), "my model", "'my model' must be a letter followed by"),
+    (lambda: chain(Node("d", "delay")), "model", "'model' must be a letter followed by|must begin with a capital"),
+    (lambda: chain(Node("d", "delay")), "HystFMU", "'HystFMU' must begin with a capital and hide no class"),
+])  # fmt: skip
 def test_what_cannot_be_exported_is_one_line(make: object, name: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message) as e:
         export_modelica(make(), tmp_path / "lib", name)  # type: ignore[operator]

@@ -67,16 +67,10 @@ def test_ports_are_in_si_units(tmp_path: Path) -> None:
         assert o.good, exported.line(o)
 
 
-@pytest.mark.parametrize(
-    ("unit", "expected"),
-    [
-        ("um", ("m", 1e-6)),
-        ("kV/mm", ("V/m", 1e6)),
-        ("Oe", ("A/m", 1e3 / (4 * np.pi))),
-        ("", ("", 1.0)),
-        ("furlong", ("", 1.0)),
-    ],
-)
+@pytest.mark.parametrize(("unit", "expected"), [
+    ("um", ("m", 1e-6)), ("kV/mm", ("V/m", 1e6)), ("Oe", ("A/m", 1e3 / (4 * np.pi))), ("", ("", 1.0)),
+    ("furlong", ("", 1.0)),
+])  # fmt: skip
 def test_unit_of_measure_in_si(unit: str, expected: tuple[str, float]) -> None:
     assert si(unit)[0] == expected[0]
     assert si(unit)[1] == pytest.approx(expected[1], rel=1e-15)
@@ -96,22 +90,19 @@ def test_limits_of_a_scaling_hold_the_rate(tmp_path: Path) -> None:
         assert o.good, exported.line(o)
 
 
-@pytest.mark.parametrize(
-    ("key", "has", "lacks"),
-    [
-        (
-            "preisach",
-            ["Events"],
-            {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
-        ),
-        ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
-        (
-            "narx_network",
-            [],
-            dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("key", "has", "lacks"), [
+    (
+        "preisach",
+        ["Events"],
+        {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
+    ),
+    ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
+    (
+        "narx_network",
+        [],
+        dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
+    ),
+])  # fmt: skip
 def test_reason_is_said_where_a_realisation_is_left_out(
     key: str, has: list[str], lacks: dict[str, str], tmp_path: Path
 ) -> None:
@@ -160,12 +151,9 @@ def two_ports(*behind: Node) -> Model:
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
     inputs = [Input("u", ("add.u[1]",)), Input("d", ("add.u[2]",), unit="V")]
     return Model(
-        "made",
-        Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]),
-        1e-3,
-        "two ports",
+        "made", Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]), 1e-3, "two ports",
         provenance={"span_u": [-1.0, 1.0]},
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.stress

@@ -148,16 +148,13 @@ def told(*words: str) -> str:
     return done.output
 
 
-@pytest.mark.parametrize(
-    ("scenario", "sentence"),
-    [
-        ("stage/xy_raster", "One command must drive x. Got plant.y, plant_y.y."),
-        ("open_loop", "A controller must drive plant. Got the source reference.r_lead."),
-        ("example_tube", "A metric must have 'against', which names the plant. Got none."),
-        ("example_jacobi --case in_parallel", "must be 'gauss_seidel' to export its controller. Got 'jacobi' instead."),
-        ("pid --case none", "no case 'none'"),
-    ],
-)
+@pytest.mark.parametrize(("scenario", "sentence"), [
+    ("stage/xy_raster", "One command must drive x. Got plant.y, plant_y.y."),
+    ("open_loop", "A controller must drive plant. Got the source reference.r_lead."),
+    ("example_tube", "A metric must have 'against', which names the plant. Got none."),
+    ("example_jacobi --case in_parallel", "must be 'gauss_seidel' to export its controller. Got 'jacobi' instead."),
+    ("pid --case none", "no case 'none'"),
+])  # fmt: skip
 def test_a_loop_without_one_controller(scenario: str, sentence: str, tmp_path: Path) -> None:
     name, *rest = scenario.split()
     assert sentence in told(str(ROOT / "scenarios" / name), *rest, "-o", str(tmp_path / "c.fmu"))

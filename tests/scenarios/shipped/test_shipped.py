@@ -157,14 +157,11 @@ def test_the_exact_inverse_leaves_rounding_only() -> None:
 
 @pytest.mark.turn("shipped loops")
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("names", "case"),
-    [
-        (("cascade_static",), None),
-        (("pid",), "sine_10"),
-        pytest.param(("pid", "cascade_static"), None, marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize(("names", "case"), [
+    (("cascade_static",), None),
+    (("pid",), "sine_10"),
+    pytest.param(("pid", "cascade_static"), None, marks=pytest.mark.stress),
+])  # fmt: skip
 def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: str | None) -> None:
     results = hy.run([ROOT / name for name in names], report=tmp_path, case=case)
     assert {r.scenario for r in results} == set(names)
@@ -191,16 +188,13 @@ def test_papers_are_complete(folder: Path) -> None:
     assert all(unit.fmu is None and unit.graph is None for c in scenario.cases for unit in c.units.values())
 
 
-@pytest.mark.parametrize(
-    ("name", "metric", "printed"),
-    [
-        ("zhao_tan_2008", "worst", 100 * 0.0617 / 2),
-        ("zhao_tan_2008_model", "worst", 100 * 0.026735 / 2),
-        ("zhao_tan_2008_model", "error", 100 * 0.01027 / 2),
-        ("ipmc_bfbnn", "worst", 0.014),
-        ("ipmc_bfbnn", "worst_without_f", 0.14),
-    ],
-)
+@pytest.mark.parametrize(("name", "metric", "printed"), [
+    ("zhao_tan_2008", "worst", 100 * 0.0617 / 2),
+    ("zhao_tan_2008_model", "worst", 100 * 0.026735 / 2),
+    ("zhao_tan_2008_model", "error", 100 * 0.01027 / 2),
+    ("ipmc_bfbnn", "worst", 0.014),
+    ("ipmc_bfbnn", "worst_without_f", 0.14),
+])  # fmt: skip
 def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
     for case in Cases(ROOT / "papers" / name).cases:
         met = baseline(f"papers/{name}")[case.name][metric] <= printed
@@ -257,14 +251,11 @@ def test_a_plant_that_is_20_percent_off_fails_with_scenario_metric_value_limit(
     assert any("exceeds the limit" in line for line in lines), result.output
 
 
-@pytest.mark.parametrize(
-    ("name", "setting", "said"),
-    [
-        ("example_tube", "lag.a_1=*1.1", None),
-        ("example_tube", "lag.a_1=*2", "(the tube of 0.0004 s and 0.01 of its largest value)"),
-        ("example_final_states", "plant.r_3=0.45", "example_final_states/nominal: the final states of plant ("),
-    ],
-)
+@pytest.mark.parametrize(("name", "setting", "said"), [
+    ("example_tube", "lag.a_1=*1.1", None),
+    ("example_tube", "lag.a_1=*2", "(the tube of 0.0004 s and 0.01 of its largest value)"),
+    ("example_final_states", "plant.r_3=0.45", "example_final_states/nominal: the final states of plant ("),
+])  # fmt: skip
 def test_an_example_says_what_its_file_promises(name: str, setting: str, said: str | None) -> None:
     assert f"--set '{setting}'" in (ROOT / name / "scenario.toml").read_text()
     result = CliRunner().invoke(main, ["run", str(ROOT / name), "--engine", "native", "--set", setting])

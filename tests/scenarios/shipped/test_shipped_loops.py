@@ -57,14 +57,10 @@ def identified_anew(gain: float, weights: float, seed: int) -> dict[str, Any]:
     offset = block.graph.node("ports").value("offset").tolist()
     values = {f"inverse__adaptive_{k}": made.value(k).tolist() for k in ("r", "w")}
     return {
-        **values,
-        "inverse__adaptive_w0": float(made.value("w0")[0]),
-        "inverse__adaptive_w0_min": 1e-3,
-        "inverse__adaptive_sd": [0.0] * 21,
-        "inverse__ports_offset": offset,
-        "gain__t_step": 0.0,
+        **values, "inverse__adaptive_w0": float(made.value("w0")[0]), "inverse__adaptive_w0_min": 1e-3,
+        "inverse__adaptive_sd": [0.0] * 21, "inverse__ports_offset": offset, "gain__t_step": 0.0,
         "weights__t_step": 0.0,
-    }
+    }  # fmt: skip
 
 
 def changed(gain: float, weights: float) -> dict[str, float]:
