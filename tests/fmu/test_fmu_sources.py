@@ -60,6 +60,7 @@ def _compile(compiler: str, source: Path, out: Path, *options: str) -> None:
     assert done.returncode == 0, done.stderr[:3000]
 
 
+@pytest.mark.turn("warnings of compilers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O0", marks=pytest.mark.stress)])
 @pytest.mark.parametrize(("fmi", "compiler"), EACH)

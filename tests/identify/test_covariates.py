@@ -87,7 +87,7 @@ def actuator():
     return fit(scheduled(1), "actuator", dynamics="no", N=20)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("parameters of a kind")
 def test_the_actuator_finds_what_follows_each_covariate(actuator):
     assert actuator.fit["parts"].startswith(
         "plays, static nonlinearity of degree 3, gain that follows T, offset that follows load"
@@ -114,7 +114,7 @@ def test_auto_takes_them_on_the_command_line_and_start_refuses_before_the_fit(tm
     assert not (tmp_path / "start").exists()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("parameters of a kind")
 def test_a_covariate_without_effect_is_no_input(data):
     part = Dataset(data.t, data.u, plants.asymmetric(data.u), covariates={"T": data.covariates.values[:, 0]})
     model = fit(part, "actuator", dynamics="no", creep="no", N=20)

@@ -93,6 +93,7 @@ def test_static_plant_against_the_block_of_another_integrator():
     np.testing.assert_allclose(p.response(u), p.OFFSET + p.LINEAR * u + p.WEIGHT * z, rtol=0, atol=1e-7)
 
 
+@pytest.mark.turn("figures of papers")
 def test_s5_turning_points_are_the_plain_loop():
     precision, *times = sums_of_plays.step_rows()
     assert precision.met
@@ -156,6 +157,7 @@ def test_piezo_table_without_data_is_what_was_published(tmp_path):
         reproduce("dbo_piezo", tmp_path)
 
 
+@pytest.mark.turn("figures of papers")
 def test_own_records_stand_in_for_the_official_ones():
     test = boucwen_benchmark.records(None)
     assert not test.official

@@ -237,6 +237,7 @@ def described(path: Path) -> tuple[Any, str]:
     return fmpy.read_model_description(str(path)), title
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_two_devices(folder: Path, tmp_path: Path, fmi: int) -> None:

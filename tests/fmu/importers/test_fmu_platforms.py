@@ -205,6 +205,7 @@ LIMITS = {"host": 210_000, "all": 545_000}  # bytes
 MODELS = {hy.Model.load(p).key: p for p in sorted(SCENARIOS.rglob("*.model.toml"), key=lambda p: p.stat().st_size)}
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("which", ["host", "all"])
 def test_every_fmu_is_small(which: Literal["host", "all"], fmi: int, tmp_path: Path) -> None:
     if which == "all" and (missing := platforms.missing()):

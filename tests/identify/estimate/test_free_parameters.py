@@ -230,6 +230,7 @@ def test_bouc_wen_and_a_mode_from_a_multisine(seed):
     assert model.fit["rms_percent"] == pytest.approx(0.1, rel=0.1)
 
 
+@pytest.mark.turn("parameters of a kind")
 def test_a_block_alone_has_no_name_of_a_node_and_reaches_the_noise():
     rng = np.random.default_rng(3)
     u = 40 + 30 * multisine(rng, 1500, 12.0)[1]

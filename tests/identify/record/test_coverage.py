@@ -53,6 +53,7 @@ def test_a_model_without_limits_cuts_nothing():
     assert "coverage_percent" not in m.fit
 
 
+@pytest.mark.turn("records of a fit")
 def test_coverage_tells_what_a_record_leaves_out():
     def covered(u, key, **options):
         return fit(data(u), key, hidden=3, **options, **QUICK).fit["coverage_percent"]
@@ -84,6 +85,7 @@ def test_held_out_tables_say_it(model):
     assert 40 < table["outside"]["clamped_percent"] < 50  # of 0..2, what is above 1.1
 
 
+@pytest.mark.turn("records of a fit")
 def test_fit_and_predict_print_it(tmp_path):
     u = signals.training(12, 3)[::2]
     data(u).to_csv(tmp_path / "a.csv")

@@ -154,7 +154,8 @@ def test_the_exact_inverse_leaves_rounding_only() -> None:
             assert metrics["worst"] <= 1e-10, case  # percent of stroke: 1e-12 of it
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("shipped loops")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("names", "case"), [
     (("cascade_static",), None),
     (("pid",), "sine_10"),
@@ -167,7 +168,8 @@ def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: st
     assert (tmp_path / "report.html").exists()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("shipped loops")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("case", ["up_400_two_steps_100", pytest.param(None, marks=pytest.mark.stress)])
 def test_the_loops_at_10_khz_pass_in_the_core(case: str | None) -> None:
     """Against limits and baselines, without FMUs, which give the same bits."""
