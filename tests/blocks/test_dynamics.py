@@ -84,6 +84,7 @@ def exact_response(b: Any, a: Any, h: float, u: Array, foh: bool) -> Array:
         return np.array([float(v) for v in y])
 
 
+@pytest.mark.some(10)
 @pytest.mark.parametrize("hold", ["zoh", "foh"])
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_transfer_function_in_60_digits(system: str, hold: str) -> None:
@@ -178,6 +179,7 @@ def test_transfer_function_refuses_a_step_beyond_numbers(h: float, words: str) -
 
 
 # ---- amplifier ------------------------------------------------------------------------------------------------------
+@pytest.mark.turn("blocks and other integrators")
 def test_amplifier_follows_its_equation() -> None:
     """Against a solver in steps of a hundredth; the limits take effect, and the steps do not change the voltage."""
     values = {"u_min": -20.0, "u_max": 80.0, "i_max": 0.25, "C": 1.8e-6, "f_b": 2e3}

@@ -72,6 +72,7 @@ def test_gains_without_a_scale_need_a_width(name: str, values: dict[str, float],
     Graph.single(Node("c", name, {}, {**values, "epsilon": 0.1})).executor()
 
 
+@pytest.mark.some(8)
 @pytest.mark.parametrize(
     "name", ["pid", "lead_lag", "sliding_mode", "super_twisting", "iterative_learning", "repetitive"]
 )

@@ -81,7 +81,8 @@ def oscillator_by_scipy(t: Array, nu: float) -> Array:
     return solved.y[[0, 2]].T
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("blocks and other integrators")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("nu", [1.0, 1.2])
 def test_oscillator_converges_to_its_differential_equation(nu: float) -> None:
     """Order 2 against an implicit Runge-Kutta method of order 5 with error control."""
@@ -147,6 +148,7 @@ def test_oscillator_reproduces_the_official_multisine_record(records: dict[str, 
     assert np.sqrt(np.mean(error**2)) <= 2e-15  # metres; rms of the record 6.7e-4
 
 
+@pytest.mark.turn("blocks and other integrators")
 def test_oscillator_reproduces_the_official_sweep_record(records: dict[str, Array]) -> None:
     y = records["sinesweep/y"]
     t = np.arange(20 * y.size) / 15000

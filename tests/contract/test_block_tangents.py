@@ -40,7 +40,6 @@ DIMS = {  # other sizes than those of the table
 }
 
 
-@pytest.mark.some(40)
 @every_block
 @pytest.mark.parametrize("kink", [False, True])
 def test_tangent_is_the_one_sided_derivative(name: str, kink: bool) -> None:

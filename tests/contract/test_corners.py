@@ -52,6 +52,7 @@ def test_messages_name_the_kind_of_value(tmp_path: Path) -> None:
     assert text.value == b"a bool (0 or 1)"
 
 
+@pytest.mark.turn("a decimal comma")
 def test_messages_keep_the_point_in_a_locale_with_a_comma(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not shutil.which("localedef"):
         pytest.skip("no localedef")

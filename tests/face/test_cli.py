@@ -141,6 +141,7 @@ def one_line(done, words):
         assert w in lines[0]
 
 
+@pytest.mark.turn("files of commands")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scale", "words"),
@@ -313,7 +314,7 @@ def test_version():
     assert "0.2.0" in process("--version").stdout
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("good FMUs")
 def test_a_bare_block_is_exported(tmp_path):
     """A block with given sizes and values; the FMU holds them."""
 

@@ -86,6 +86,7 @@ def test_a_step_of_n_sample_times_has_the_bits_of_n_steps(
     m.free()
 
 
+@pytest.mark.some(30)
 @every_graph
 @pytest.mark.parametrize("part", [0.25, 0.5, 0.75, 1.5, 2.01, 1e6 + 1])
 def test_a_step_of_another_length_is_refused_in_one_line(make: Make, graph: Callable[[], Graph], part: float) -> None:

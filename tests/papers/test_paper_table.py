@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 import reasons
-from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu.cli import main
 from hystfmu.report.diagrams import Ratio, Ratios
 from papers.table import Report, Row, bounded, nearest
 
@@ -81,8 +80,7 @@ def test_nearest_takes_the_least_of_the_largest_factors():
 
 def test_report_writes_a_page_for_each_paper(tmp_path, monkeypatch):
     monkeypatch.setattr("papers.PAPERS", {"dbo_piezo": ""})
-    done = CliRunner().invoke(main, ["reproduce", "--report", str(tmp_path / "out")])
-    assert done.exit_code == 0, done.output
+    invoked(["reproduce", "--report", str(tmp_path / "out")])
     page = (tmp_path / "out" / "dbo_piezo.html").read_text()
     assert "What the paper prints" in page
     assert "1.68" in page
@@ -94,8 +92,7 @@ def test_report_writes_a_page_for_each_paper(tmp_path, monkeypatch):
 def test_a_missed_target_on_time_does_not_change_the_exit_status(group, status, monkeypatch):
     rows = (Row("q", ours=2.0, target=1.0, group=group),)
     monkeypatch.setattr("papers.reproduce", lambda *given: Report("x", "y", rows))
-    done = CliRunner().invoke(main, ["reproduce", "zhao_tan_2008"])
-    assert done.exit_code == status
+    done = invoked(["reproduce", "zhao_tan_2008"], status=status)
     assert "missed by a factor 2.00" in done.output
 
 

@@ -89,7 +89,7 @@ def networks():
     }  # fmt: skip
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "name", ["2-12-1 sigmoid", "deep, mixed, two outputs", "activations at both ends", "one Linear"]
 )

@@ -10,13 +10,12 @@ from typing import Any
 
 import pydantic
 import pytest
-from click.testing import CliRunner
 from engines import ready
+from invoked import invoked
 
 import hystfmu as hy
 import hystfmu.scenario
 from hystfmu.base.errors import InputError
-from hystfmu.cli import main
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.system import case as cases
 from hystfmu.scenario.system.case import delayed
@@ -170,8 +169,7 @@ def test_an_override_that_fits_nothing_is_refused(loop: Any, write: Any) -> None
 def test_an_engine_that_does_not_exist_is_refused_with_those_that_do(loop: Any, write: Any) -> None:
     with pytest.raises(InputError, match=r"^engine: must be one of fmpy, native\. Got 'python' instead\."):
         hy.run([write(loop)], engine="python")  # type: ignore[arg-type]
-    result = CliRunner().invoke(main, ["run", str(write(loop)), "--engine", "python"])
-    assert result.exit_code == 2
+    result = invoked(["run", str(write(loop)), "--engine", "python"], status=2)
     assert "'python' is not one of 'fmpy', 'native'. See " in result.output.splitlines()[-1]
 
 

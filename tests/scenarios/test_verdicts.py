@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from engines import ready
+from invoked import invoked
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -386,8 +387,7 @@ def test_a_record_says_what_it_changes_and_asks(loop: Any, write: Any) -> None:
 
 def test_the_command_shows_the_change_and_writes_in_a_pipe(loop: Any, write: Any) -> None:
     folder = write(loop)
-    done = CliRunner().invoke(main, ["run", str(folder), "--engine", "native", "--record"])
-    assert done.exit_code == 0, done.output
+    done = invoked(["run", str(folder), "--engine", "native", "--record"])
     assert "loop/nominal" in done.output
     assert "tracking" in done.output
     assert (folder / "baseline.toml").exists()

@@ -53,6 +53,7 @@ def ranges(*tail: hy.Node, modes: int = 0) -> dict[str, dict[str, object]]:
     return drawn(found)
 
 
+@pytest.mark.turn("a drawn device")
 def test_one_mode_by_frequency_damping_and_gain() -> None:
     found = ranges(modes=1)
     assert set(found) == {"plant.dynamics", "plant.h_r"}
@@ -64,7 +65,7 @@ def test_one_mode_by_frequency_damping_and_gain() -> None:
     assert found["plant.h_r"] == {"scale": [0.9, 1.1]}
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a drawn device")
 def test_a_static_model_by_the_gain_of_its_output() -> None:
     assert ranges(hy.Node("out", "scaling", values={"gain": 2.0})) == {
         "plant.out_gain": {"scale": [0.8, 1.2]}, "plant.h_r": {"scale": [0.9, 1.1]}
@@ -72,6 +73,7 @@ def test_a_static_model_by_the_gain_of_its_output() -> None:
     assert set(ranges()) == {"plant.h_r"}
 
 
+@pytest.mark.turn("a drawn device")
 def test_two_modes_are_not_drawn() -> None:
     assert set(ranges(modes=2)) == {"plant.h_r"}
 
@@ -92,6 +94,7 @@ def truth(u: Array, w: float, zeta: float, late: int) -> Array:
     return np.array(y)
 
 
+@pytest.mark.turn("a drawn device")
 def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
     rng = np.random.default_rng()
     f, zeta, late = rng.uniform(60, 250), rng.uniform(0.02, 0.9), int(rng.integers(0, 8))

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -194,8 +195,7 @@ RECORDS = {"demo": lambda path: piezo(seed=0).to_csv(path), "measured": _measure
 @pytest.mark.parametrize("record", RECORDS)
 def test_ends_with_a_loop_and_a_whole_report(record: str, tmp_path: Path) -> None:
     RECORDS[record](tmp_path / "data.csv")
-    found = CliRunner().invoke(main, ["start", str(tmp_path / "data.csv"), "-o", str(tmp_path / "mine"), "--json"])
-    assert found.exit_code == 0, found.output
+    found = invoked(["start", str(tmp_path / "data.csv"), "-o", str(tmp_path / "mine"), "--json"])
     told = json.loads(found.stdout)
     assert all(Path(f["path"]).exists() for f in told["files"].values())
     page = (tmp_path / "mine" / "report.html").read_text()

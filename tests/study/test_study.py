@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from click.testing import CliRunner
+from invoked import invoked
 from scipy.stats import qmc, spearmanr
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.cli import main
 from hystfmu.studies import task
 from hystfmu.studies.report import sensitivity
 from hystfmu.studies.spec import Study
@@ -229,8 +228,7 @@ def test_sensitivity_is_spearmans() -> None:
 ])  # fmt: skip
 def test_bad_studies_are_one_line(write: Any, tmp_path: Path, change: dict[str, Any], message: str) -> None:
     path = write(**change)
-    result = CliRunner().invoke(main, ["study", str(path), "-o", str(tmp_path / "out")])
-    assert result.exit_code == 2
+    result = invoked(["study", str(path), "-o", str(tmp_path / "out")], status=2)
     assert message in result.output
     assert len(result.output.splitlines()) == 1
     assert not (tmp_path / "out").exists()
@@ -264,7 +262,6 @@ def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> N
 
 
 def test_the_command_line_prints_the_outcome(write: Any, tmp_path: Path) -> None:
-    result = CliRunner().invoke(main, ["study", str(write()), "-o", str(tmp_path / "out"), "-j", "1", "--json"])
-    assert result.exit_code == 0
+    result = invoked(["study", str(write()), "-o", str(tmp_path / "out"), "-j", "1", "--json"])
     facts = json.loads(result.output)
     assert (facts["rows"], facts["ran"], facts["failed"]) == (24, 24, 0)

@@ -9,9 +9,8 @@ import numpy as np
 import pydantic
 import pytest
 import tuned
-from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu.cli import main
 from hystfmu.scenario import build
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.studies.report import best_variation
@@ -204,8 +203,7 @@ def test_a_case_that_does_not_exist_is_refused(tmp_path: Path) -> None:
     bad.write_text(text.replace("../loops/gains.toml", "gains.toml"))
     rules = (ROOT / "scenarios/loops/gains.toml").read_text()
     (tmp_path / "gains.toml").write_text(rules.replace('corners = ["up_400_10"', 'corners = ["up_999_10"'))
-    result = CliRunner().invoke(main, ["study", str(bad), "-o", str(tmp_path / "out")])
-    assert result.exit_code == 2
+    result = invoked(["study", str(bad), "-o", str(tmp_path / "out")], status=2)
     assert "objective.loop: no case 'up_999_10'" in result.output
 
 

@@ -16,7 +16,7 @@ from hystfmu.unit import Unit
 GONE = "The FMU state was freed or does not belong to this instance."
 
 
-@pytest.mark.some(20)
+@pytest.mark.some(10)
 @pytest.mark.parametrize("name", [*BLOCKS, "loop"])
 def test_restore_is_bit_exact(make: Make, name: str) -> None:
     graph = loop() if name == "loop" else single(name)

@@ -56,6 +56,7 @@ def test_needs_libc_only() -> None:
     assert max(tuple(map(int, v.split("."))) for v in versions) <= (2, 17)
 
 
+@pytest.mark.turn("warnings of compilers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O2", marks=pytest.mark.stress)])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])

@@ -52,6 +52,7 @@ def forget(xml: str, unknown: int) -> str:
     return f'{head}<ModelStructure>{structure[: listed.start()]}dependencies=""{structure[listed.end() :]}'
 
 
+@pytest.mark.some(4)
 @pytest.mark.parametrize(("make", "unknown", "words"), [
     (mixed, 0, ["y depends on dyn_v_1", "y depends on dyn_v_2"]),
     (mixed, 3, ["h depends on u"]),

@@ -17,6 +17,7 @@ import tomli_w
 from bad_fmu import DESCRIPTION, bad_fmu
 from click.testing import CliRunner
 from fmu_master import loop, single
+from invoked import invoked
 from users import User
 
 import hystfmu as hy
@@ -294,8 +295,7 @@ def small(path: Path, word: str) -> Path:
 @pytest.mark.turn("broken descriptions")
 def test_a_truncated_binary_is_replaced(cache: Path) -> None:
     bad_fmu(Path("x.fmu"))
-    first = CliRunner().invoke(main, ["simulate", "x.fmu", *RUN])
-    assert first.exit_code == 0, first.output
+    first = invoked(["simulate", "x.fmu", *RUN])
     out = Path("out.csv").read_bytes()
     (binary,) = cache.rglob("bad.so")
     os.truncate(binary, 1000)

@@ -206,7 +206,7 @@ def ways() -> list[Any]:
     return [pytest.param(*row, marks=pytest.mark.stress if row in long else ()) for row in every]
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("model", "way"), ways(), indirect=["model"])
 def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path) -> None:
     model.save(tmp_path / "forward.model.toml")

@@ -7,6 +7,7 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
 from hystfmu import Dataset, InputError
@@ -78,15 +79,11 @@ def test_the_command_tells_it_by_its_status(model: hy.Model, tmp_path: Path) -> 
     model.save(tmp_path / "m.model.toml")
     for change, status in (("", 0), ("gain", 1)):
         new(change).to_csv(tmp_path / "new.csv")
-        done = CliRunner().invoke(main, ["check", str(tmp_path / "m.model.toml"), str(tmp_path / "new.csv")])
-        assert done.exit_code == status, done.output
+        done = invoked(["check", str(tmp_path / "m.model.toml"), str(tmp_path / "new.csv")], status=status)
         assert ("no drift" if status == 0 else "the gain moved most") in done.output
     done = CliRunner().invoke(main, ["check", str(tmp_path / "m.model.toml"), str(tmp_path / "new.csv"), "--json"])
     assert json.loads(done.output.splitlines()[-1])["moved"] == "gain"
-    done = CliRunner().invoke(
-        main, ["check", str(tmp_path / "m.model.toml"), str(tmp_path / "new.csv"), "--factor", "1"]
-    )
-    assert done.exit_code == 2
+    done = invoked(["check", str(tmp_path / "m.model.toml"), str(tmp_path / "new.csv"), "--factor", "1"], status=2)
     assert "factor of a check must be greater than 1" in done.output
 
 

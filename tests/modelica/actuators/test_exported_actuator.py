@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import simulate
 from click.testing import CliRunner
+from invoked import invoked
 from stacks import OPTIONS, SHEET, as_it_comes, demo, knee, slopes
 
 import hystfmu as hy
@@ -189,8 +190,7 @@ def test_the_command_writes_the_actuator(tmp_path: Path) -> None:
     demo("prandtl_ishlinskii").save(tmp_path / "piezo.model.toml")
     command = ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)]
     given = [x for k, v in SHEET.items() for x in ("--sheet", f"{k}={v!r}")]
-    done = CliRunner().invoke(main, command + given)
-    assert done.exit_code == 0, done.output
+    done = invoked(command + given)
     assert "Piezo.ActuatorExample" in done.output
     direct = written("prandtl_ishlinskii", tmp_path / "direct")
     texts = [(p / "Actuator.mo").read_text().split("\n", 1)[1] for p in (tmp_path / "Piezo", direct)]

@@ -7,12 +7,11 @@ from pathlib import Path
 import exported
 import library
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 from made_graphs import MADE, chain, large_network
 
 from hystfmu import __version__
 from hystfmu.base.errors import InputError
-from hystfmu.cli import main
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
@@ -49,11 +48,9 @@ def test_package_has_its_form(tmp_path: Path) -> None:
 
 def test_command_writes_the_package_and_says_so(tmp_path: Path) -> None:
     path = MODELS / "backlash_zhao_tan_inverse.model.toml"
-    done = CliRunner().invoke(main, ["export", str(path), "--modelica", str(tmp_path)])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", str(path), "--modelica", str(tmp_path)])
     assert "BacklashZhaoTanInverse.Model" in done.output
-    done = CliRunner().invoke(main, ["export", str(path), "--modelica", str(tmp_path), "--name", "Other"])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", str(path), "--modelica", str(tmp_path), "--name", "Other"])
     assert sorted(p.name for p in tmp_path.iterdir()) == ["BacklashZhaoTanInverse", "Other"]
 
 
@@ -158,12 +155,10 @@ def test_a_capital_and_any_letters_make_a_package(name: str, tmp_path: Path) -> 
 def test_command_names_the_file_and_the_block(tmp_path: Path) -> None:
     path = tmp_path / "x.model.toml"
     chain(Node("p", "implicit_inverse")).save(path)
-    done = CliRunner().invoke(main, ["export", str(path), "--modelica", str(tmp_path / "lib")])
-    assert done.exit_code == 2
+    done = invoked(["export", str(path), "--modelica", str(tmp_path / "lib")], status=2)
     assert f"{path}: block 'p': its input h must be wired to a block that depends on its output u" in done.output
     assert not (tmp_path / "lib").exists()
-    done = CliRunner().invoke(main, ["export", str(path)])
-    assert done.exit_code == 2
+    done = invoked(["export", str(path)], status=2)
     assert "-o X.fmu, --modelica DIR, or both" in done.output
 
 

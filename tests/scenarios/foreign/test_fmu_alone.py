@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from invoked import invoked
 from reference_fmus import reference_fmu
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -245,9 +246,6 @@ def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, An
 
 @pytest.mark.turn("a foreign FMU alone")
 def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
-    from click.testing import CliRunner
-
-    from hystfmu.cli import main
 
     export_fmu(Graph.single(Node("gain", "scaling", {"n": 1})).with_step(0.01), tmp_path / "gain.fmu")
     (tmp_path / "in.csv").write_text("t,u\n0,0\n1,1\n")
@@ -255,10 +253,8 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     command = [
         "simulate", str(tmp_path / "gain.fmu"), "--input", str(tmp_path / "in.csv"), "--set", "gain=-3", "--stop", "1",
     ]  # fmt: skip
-    done = CliRunner().invoke(main, [*command, "--step", "0.25", "-o", str(out)])
-    assert done.exit_code == 0, done.output
+    done = invoked([*command, "--step", "0.25", "-o", str(out)])
     assert out.read_text() == "t,y\n0.0,0.0\n0.25,0.0\n0.5,-0.75\n0.75,-1.5\n1.0,-2.25\n"
     assert "5 rows, 0 to 1 s\ny  min -2.25  max 0  end -2.25" in done.output
-    done = CliRunner().invoke(main, [*command, "--coupling", "jacobi"])
-    assert done.exit_code == 2
+    done = invoked([*command, "--coupling", "jacobi"], status=2)
     assert "gain.fmu: --coupling is an option of .ssp files." in done.output
