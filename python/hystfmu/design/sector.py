@@ -16,7 +16,7 @@ import numpy as np
 
 from hystfmu.base import Array, Complex, Indices, InputError, checked
 from hystfmu.core.library import block_types
-from hystfmu.design.delays import DELAY
+from hystfmu.design.delays import DELAY, is_fir
 from hystfmu.design.linear import linearise
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
@@ -214,11 +214,19 @@ def _against_rest(v: Array, moved: Indices, chain: Sequence[Graph], h: float) ->
 
 
 def without_dynamics(graph: Graph) -> Graph:
-    """Return a graph in which static gains replace the linear dynamics and the delays."""
+    """Return a graph in which static gains replace the linear dynamics, the delays and the FIR filters."""
     for n in graph.nodes:
         if n.block.rate == CONTINUOUS or n.type == DELAY:
             gain = 1.0 if n.type == DELAY else gain_of(n)
             graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
+    return without_filters(graph)
+
+
+def without_filters(graph: Graph) -> Graph:
+    """Return a graph in which scalings with the same static gain and offset replace the FIR filters."""
+    for n in filter(is_fir, graph.nodes):
+        *weights, offset = n.value("theta")
+        graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": sum(weights), "offset": offset}))
     return graph
 
 
