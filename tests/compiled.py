@@ -26,16 +26,9 @@ DAYS = 14  # that an object is kept without use
 
 # the flags of CMakeLists.txt, and every warning a failure
 STRICT = [
-    "-std=c99",
-    "-Wall",
-    "-Wextra",
-    "-Wpedantic",
-    "-Werror",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    f"-I{FMU_BUILD}",
+    "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fno-math-errno", f"-I{FMU_BUILD}",
     f"-isystem{HEADERS}",
-]
+]  # fmt: skip
 SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g1", "-O0"]
 # clang's objects serve its fuzzers too; other compilers have no libFuzzer
 SANITIZERS = {"clang": ["-fsanitize=fuzzer-no-link", *SANITIZE], "cc": SANITIZE}

@@ -78,11 +78,7 @@ def row_of(recorded: dict[str, Any]) -> Row:
 
 
 def _cells(row: Row) -> list[str]:
-    figures = [
-        _figure(row.printed, None),
-        _figure(row.literal, row.literal_range),
-        _figure(row.ours, row.ours_range),
-    ]
+    figures = [_figure(row.printed, None), _figure(row.literal, row.literal_range), _figure(row.ours, row.ours_range)]
     cells = [row.place, row.quantity, *figures, str(row.seeds or ""), verdict(row), row.note]
     return [c.replace("|", chr(92) + "|") for c in cells]
 

@@ -11,31 +11,17 @@ from tracking_table import baseline
 STAGE = Path(__file__).parents[1] / "scenarios" / "stage"
 PAGE = STAGE / "README.md"
 CONTROLLERS = {
-    "integral_notch": "integral and notch, plain",
-    "open_loop": "feed-forward and inverse",
-    "charge_drive": "charge drive, IRC",
-    "law_2005": "law of 2005 (PD)",
-    "h_infinity": "H-infinity loop shaping",
-    "irc": "IRC",
-    "ppf": "PPF",
-    "ppf_repetitive": "PPF, repetitive",
-    "irc_repetitive": "IRC, repetitive",
-}
+    "integral_notch": "integral and notch, plain", "open_loop": "feed-forward and inverse",
+    "charge_drive": "charge drive, IRC", "law_2005": "law of 2005 (PD)", "h_infinity": "H-infinity loop shaping",
+    "irc": "IRC", "ppf": "PPF", "ppf_repetitive": "PPF, repetitive", "irc_repetitive": "IRC, repetitive",
+}  # fmt: skip
 CHARGE = "charge_drive"
 """Has little hysteresis to invert, of whatever class."""
 SCANS = (10, 50, 100, 200)
 HEAD = [
-    *(f"{f} Hz" for f in SCANS),
-    "largest, 100 Hz",
-    "modes -20; +20 %",
-    "two steps",
-    "settling, ms",
-    "noise, nm",
-    "variation",
-    "Ms, dB",
-    "Ms, modes -20; +20 %",
-    "bandwidth, Hz",
-]
+    *(f"{f} Hz" for f in SCANS), "largest, 100 Hz", "modes -20; +20 %", "two steps", "settling, ms", "noise, nm",
+    "variation", "Ms, dB", "Ms, modes -20; +20 %", "bandwidth, Hz",
+]  # fmt: skip
 LIMITS = HEAD[HEAD.index("Ms, dB") :]
 """Columns of a loop, in which no value wins: a limit holds for all."""
 OURS = ("ppf_repetitive", "irc_repetitive")

@@ -14,19 +14,12 @@ from hystfmu.scenario.loop.opening import open_loop
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 LOOPS = {
-    "open_loop": "open loop",
-    "cascade": "inverse only",
-    "sliding_mode_2005": "law of 2005 (PD)",
-    "super_twisting": "super-twisting (PID)",
-    "sliding_mode": "sliding mode with integral (PID)",
-    "lead_lag": "lead-lag with observer",
-    "pid": "PID",
-    "pid_observer": "PID with observer",
-    "h_infinity": "H-infinity loop shaping",
-    "internal_model": "internal model",
-    "iterative_learning": "iterative learning",
-    "repetitive": "internal model, repetitive",
-}
+    "open_loop": "open loop", "cascade": "inverse only", "sliding_mode_2005": "law of 2005 (PD)",
+    "super_twisting": "super-twisting (PID)", "sliding_mode": "sliding mode with integral (PID)",
+    "lead_lag": "lead-lag with observer", "pid": "PID", "pid_observer": "PID with observer",
+    "h_infinity": "H-infinity loop shaping", "internal_model": "internal model",
+    "iterative_learning": "iterative learning", "repetitive": "internal model, repetitive",
+}  # fmt: skip
 LEARNING = ("iterative_learning", "repetitive")
 """Loops that learn a period; their errors are compared with each other."""
 OURS = "internal_model"

@@ -28,7 +28,7 @@ static int64_t integer(reader *r, int64_t least, int64_t most) {
   const char *w = word(r);
   const long long v = strtoll(w, &end, 10);
   if (*end || end == w || v < least || v > most) r->bad = 1;
-  return r->bad ? (least > 0 ? least : 0) : (int64_t)v;
+  return r->bad ? least : (int64_t)v;
 }
 
 static double number(reader *r) {

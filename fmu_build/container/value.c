@@ -47,15 +47,8 @@ static double rounded(double x) {
   return (double)n;
 }
 
-/* the low bytes of a two's complement */
-static void store(const value_type *t, uint64_t bits, void *to) {
-  switch (t->size) {
-    case 1: *(uint8_t *)to = (uint8_t)bits; break;
-    case 2: *(uint16_t *)to = (uint16_t)bits; break;
-    case 4: *(uint32_t *)to = (uint32_t)bits; break;
-    default: *(uint64_t *)to = bits;
-  }
-}
+/* the low bytes of a two's complement, which come first on every platform of an FMU */
+static void store(const value_type *t, uint64_t bits, void *to) { memcpy(to, &bits, t->size); }
 
 bool value_from_double(const value_type *t, double x, void *to) {
   switch (t->letter) {

@@ -59,13 +59,8 @@ HINTS: list[tuple[Any, list[Any], list[Any], str]] = [  # annotation, what fits,
     (Any, ["x", 5], [], ""),
 ]
 SHOWN = {
-    "list": "a list",
-    "tuple": "a tuple",
-    "dict": "a dict",
-    "bytes": "a bytes",
-    "Half": "a Half",
-    "int8": "an int8",
-}
+    "list": "a list", "tuple": "a tuple", "dict": "a dict", "bytes": "a bytes", "Half": "a Half", "int8": "an int8",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("hint", "fits", "wrong", "rule"), HINTS, ids=lambda v: str(v)[:30])

@@ -1,6 +1,7 @@
 """Child processes end with all that they have started, whatever that does to stay."""
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -89,6 +90,7 @@ def scenario(folder: Path, name: str, defect: str) -> Path:
 ONCE = "{ static int n; if (!n++) leave(); }"
 
 
+@pytest.mark.turn("processes left behind")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
 def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
@@ -100,6 +102,7 @@ def test_a_run_that_ends_well_is_no_failure_when_its_fmu_leaves_a_process(
     assert left(name) == []
 
 
+@pytest.mark.turn("processes left behind")
 def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, name: str) -> None:
     system = build(Cases(scenario(tmp_path / "loop", name, f"{{ {ONCE} {SLEEPS}; }}")).cases[0])
     with pytest.raises(Stopped, match="not finished after 4 s"):
@@ -107,6 +110,7 @@ def test_the_time_limit_holds_when_a_process_keeps_the_output(tmp_path: Path, na
     assert left(name) == []
 
 
+@pytest.mark.turn("processes left behind")
 @pytest.mark.usefixtures("without_fmutool")
 def test_a_check_ends_what_the_fmu_has_started(tmp_path: Path, name: str) -> None:
     extra = LEAVES.replace("NAME", f'"{name}"') + "__attribute__((constructor)) static void at_load(void) { leave(); }"
@@ -120,6 +124,7 @@ def without_fmutool(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
 
 
+@pytest.mark.turn("processes left behind")
 def test_a_worker_that_dies_is_seen_although_its_pipe_is_held(tmp_path: Path, name: str) -> None:
     """A dead worker is a killed run, not one that exceeds its time."""
     pytest.importorskip("pyarrow")
@@ -156,7 +161,7 @@ def test_generations_of_processes_that_make_others_end(name: str) -> None:
     while len(left(name)) < 6:
         time.sleep(0.01)
     assert not made.finish(0.1)[1]
-    assert left(name) == []
+    assert (left(name), made.ending) == ([], "ended with status 1")
 
 
 def test_all_end_with_a_killed_parent(name: str) -> None:
@@ -180,14 +185,34 @@ def test_the_child_ends_with_a_killed_supervisor(name: str) -> None:
     assert made.finish(60.0) == ([], True)
 
 
-def test_a_python_that_cannot_be_started_is_named() -> None:
-    code = "import os, sys; sys.executable = '/no python'; sys.argv = ['', str(os.getppid()), 'null']\n"
+@pytest.mark.parametrize(("parent", "python", "told"), [
+    ("os.getppid()", "/no python", (125, "this process cannot run /no python: No such file or directory\n", "")),
+    ("0", sys.executable, (1, "", "")),  # the parent has ended
+])  # fmt: skip
+def test_a_supervisor_without_python_or_parent_runs_nothing(parent: str, python: str, told: Any) -> None:
+    code = f"import os, sys; sys.executable = {python!r}; sys.argv = ['', str({parent}), 'null', '-c', 'print(1)']\n"
     code += "from hystfmu.base.supervisor import main; main()"
-    told = subprocess.run([sys.executable, "-c", code], env=CHILDS, capture_output=True, text=True, check=False)
-    line = "this process cannot run /no python: No such file or directory\n"
-    assert (told.returncode, told.stdout, told.stderr) == (125, line, "")
+    done = subprocess.run([sys.executable, "-c", code], env=CHILDS, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == told
 
 
+def test_other_systems_end_the_group_of_the_child_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pipe ends with the last process that has it."""
+    monkeypatch.setattr(sys, "platform", "darwin")
+    code = "import os, signal, sys, time\nsignal.signal(signal.SIGTERM, lambda *_: print('asked', flush=True))\n"
+    code += "if not os.fork(): time.sleep(600)\nos.write(int(sys.argv[1]), b'1')\ntime.sleep(float(sys.argv[2]))"
+    for sleeps, limit in ((0, 60.0), (600, 0.1)):
+        reads, writes = os.pipe()
+        made = Child("-c", code, str(writes), str(sleeps), keep=[writes])
+        os.close(writes)
+        assert os.read(reads, 1) == b"1"
+        assert made.finish(limit) == ([], sleeps == 0)
+        assert select.select([reads], [], [], 10.0)[0] == [reads]
+        assert (os.read(reads, 1), made.status) == (b"", 0 if sleeps == 0 else -signal.SIGKILL)
+        os.close(reads)
+
+
+@pytest.mark.turn("processes left behind")
 def test_all_end_with_a_killed_study(tmp_path: Path, name: str) -> None:
     """Its workers, the endless FMU in one of them, and the processes of that FMU."""
     pytest.importorskip("pyarrow")
@@ -225,6 +250,6 @@ def test_output_is_kept_from_its_end_and_bounded_on_the_disk(name: str, monkeypa
     assert lines[-1] == "last"
     assert sum(map(len, lines)) <= MOST_LOG
     made = child("while True: print('x' * 1000, flush=True)", name)
-    lines, in_time = made.finish(3.0)
+    lines, in_time = made.finish(1.0)
     assert not in_time
     assert set("".join(lines)) == {"x"}  # a line may be short: its start was dropped while it was written

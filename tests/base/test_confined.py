@@ -2,7 +2,6 @@
 
 import os
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -80,6 +79,7 @@ ALONE = "simulate loop/bad.fmu --step 1e-3 --stop 0.01 -o alone.csv"
 EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("engine", "confined"),
     [("fmpy", True), ("native", True), ("fmpy", False), pytest.param("native", False, marks=pytest.mark.stress)],
@@ -91,16 +91,12 @@ def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: 
     assert done(home, server) == (set() if confined else EVERYTHING)
 
 
-@pytest.mark.some(2)
+@pytest.mark.turn("foreign code")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("options", [[], ["--unconfined"]], ids=["confined", "unconfined"])
 @pytest.mark.parametrize("command", ["run loop", ALONE, "study bad.study.toml -o out -j 1", "validate loop/bad.fmu"])
 def test_commands(
-    command: str,
-    options: list[str],
-    tmp_path: Path,
-    home: Path,
-    server: socket.socket,
-    monkeypatch: pytest.MonkeyPatch,
+    command: str, options: list[str], tmp_path: Path, home: Path, server: socket.socket, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)
     monkeypatch.chdir(fmu(tmp_path / "loop", home, server).parent)
@@ -112,41 +108,20 @@ def test_commands(
     assert done(home, server) == (EVERYTHING if options else set()), told.output
 
 
+@pytest.mark.turn("good FMUs")
 def test_our_fmus_run_as_before(tmp_path: Path, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmu_manipulation_toolbox", None)  # it runs nothing
     model = hy.Model("creep", hy.blocks.Creep().graph)
     assert hy.validate(model.export(tmp_path / "creep.fmu", 3)) == []
 
 
-WAYS = ["io_uring", "ptrace", "signal", "memory", "queue", "shared memory", "device", "socket of a session"]
-
-
-@pytest.mark.parametrize("call", WAYS)
-def test_other_ways_out(call: str, tmp_path: Path) -> None:
-    """To a process outside: its memory, signals, shared memory; a device; a ring that makes sockets."""
-    program = {
-        "io_uring": "print(libc.syscall(425, 1, ctypes.create_string_buffer(120)))",
-        "ptrace": "print(libc.ptrace(16, PID, 0, 0))",  # PTRACE_ATTACH
-        "signal": "print(libc.kill(PID, 0))",
-        "memory": "print(-1 if not os.access('/proc/PID/mem', os.R_OK) else try_open('/proc/PID/mem'))",
-        "queue": "q = libc.msgget(0, 0o600)\nprint(q)\nlibc.msgctl(q, 0, None)",
-        "shared memory": "m = libc.shmget(0, 4096, 0o600)\nprint(m)\nlibc.shmctl(m, 0, None)",
-        "device": "print(try_open('/dev/ptmx'))",
-        "socket of a session": "pid = os.fork()\nif not pid:\n    os.setsid()\n    print(libc.socket(2, 1, 0))\n"
-        "else:\n    os.waitpid(pid, 0)",
-    }[call]
-    head = "import ctypes, os\nlibc = ctypes.CDLL(None)\n"
-    head += "def try_open(path):\n    try:\n        return os.open(path, os.O_RDWR)\n"
-    head += "    except OSError:\n        return -1\n"
-    with subprocess.Popen(["sleep", "600"]) as other:
-        try:
-            code = head + program.replace("PID", str(other.pid))
-            free, _ = Child("-c", code).finish(60.0)
-            assert int(free[-1]) >= 0
-            held, _ = Child("-c", code, box=Box.of(tmp_path)).finish(60.0)
-            assert held[-1] == "-1"
-        finally:
-            other.kill()
+def test_confined_code_has_no_capability(tmp_path: Path) -> None:
+    """Programs that it starts get none either: the bounding set is empty if this system permits that."""
+    code = "print(*(line for line in open('/proc/self/status') if line.startswith('Cap')), sep='')"
+    (free, _), (held, _) = (Child("-c", code, box=box).finish(60.0) for box in (None, Box.of(tmp_path)))
+    may = len(free) == 5 and int(free[2].split()[1], 16) >> 8 & 1  # CAP_SETPCAP in the effective set
+    names = ["CapInh", "CapPrm", "CapEff", *["CapBnd"] * may, "CapAmb"]
+    assert {f"{name}:\t{0:016x}" for name in names} <= set(held)
 
 
 def test_what_a_system_cannot_keep_from_is_told_once(
@@ -196,6 +171,7 @@ static void speak(void) {
 PICKLED = "cos\\nsystem\\n(S'touch stolen'\\ntR."
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     "words",
@@ -219,6 +195,7 @@ def test_what_a_worker_with_foreign_code_sends_is_not_believed(words: str, tmp_p
 WORK = Path(__file__).with_name("confined_work.c").read_text()
 
 
+@pytest.mark.turn("foreign code")
 @pytest.mark.parametrize("name", [pytest.param("root", marks=pytest.mark.stress), "user"])
 def test_an_fmu_works(name: str) -> None:
     with closing(User(name)) as user:

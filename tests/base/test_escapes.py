@@ -1,13 +1,18 @@
-"""Confined code acts on no other process, has no capability and sees no secret of the environment."""
+"""Confined code acts on no other process, has no capability and sees no secret of the environment.
 
+All that is tried in one way runs in one process: the start of a process takes longer than the attempts.
+"""
+
+import functools
 import json
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
-from users import IS_ROOT, User, user  # noqa: F401
+from users import IS_ROOT, User
 
 from hystfmu.base.confine import unconfined
 
@@ -22,11 +27,10 @@ def tried(result):
 def call(name, *arguments):
     numbers = NUMBERS[name]
     return tried(libc.syscall(numbers[os.uname().machine == "aarch64"], *map(ctypes.c_long, arguments)))
-def opened(path, mode="rb"):
+def opened(path, flags=os.O_RDONLY):
     try:
-        with open(path, mode) as f:
-            f.read(1)
-            return "done"
+        os.close(os.open(path, flags))
+        return "done"
     except OSError as e:
         return errno.errorcode[e.errno]
 def address(*numbers, kind=ctypes.c_uint64):
@@ -41,12 +45,25 @@ NUMBERS = {
     "process_vm_readv": (310, 270), "process_vm_writev": (311, 271), "process_madvise": (440, 440),
     "ioctl": (16, 29), "fcntl": (72, 25),
     "kcmp": (312, 272), "migrate_pages": (256, 238), "move_pages": (279, 239), "perf_event_open": (298, 241),
+    "io_uring_setup": (425, 425),
 }
 """
-# on the process PID; 1 << 32 is cut off by the system
+# on the process PID, and on what processes share; 1 << 32 is cut off by the system
 ON_ANOTHER = """
 high = 1 << 32
 pidfd = libc.syscall(434, PID, 0)
+def in_a_session():
+    reads, writes = os.pipe()
+    if not os.fork():
+        os.setsid()
+        os.write(writes, tried(libc.socket(2, 1, 0)).encode())
+        os._exit(0)
+    return os.read(reads, 99).decode()
+def shared(make, remove, *arguments):
+    made = make(0, *arguments, 0o600)
+    said = tried(made)
+    remove(made, 0, None)
+    return said
 found = {
     "prlimit64": call("prlimit64", PID, 1, address(0, 0), 0),
     "prlimit64, high bits": call("prlimit64", PID + high, 1, address(0, 0), 0),
@@ -70,6 +87,13 @@ found = {
     "kcmp": call("kcmp", PID, PID, 0, 0, 0),
     "environ": opened(f"/proc/{PID}/environ"),
     "mem": opened(f"/proc/{PID}/mem"),
+    "queue": shared(libc.msgget, libc.msgctl),
+    "shared memory": shared(libc.shmget, libc.shmctl, 4096),
+    "ring that makes sockets": call("io_uring_setup", 1, address(*[0] * 15)),
+    "socket in a session": in_a_session(),
+    "device": opened("/dev/ptmx", os.O_RDWR),
+    "file to read": opened("../given/file", os.O_RDWR),
+    "file of the user": opened("../file"),
 }
 """
 # on all processes of the user: the values change nothing, should they be let through
@@ -122,11 +146,15 @@ found = {
     "sched_setscheduler": call("sched_setscheduler", 0, 3, address(0)),
     "thread": threaded(),
     "signal": call("tgkill", os.getpid(), threading.get_native_id(), 0),
+    "file to read": opened("../given/file"),
+    "file of a library": opened("../libraries/file"),
+    "file of its own": opened("new", os.O_CREAT | os.O_WRONLY),
+    "device": opened("/dev/null", os.O_RDWR),
     "terminal": call("ioctl", 0, 0x5401, 0),
     "typed": call("ioctl", 0, 0x5412, address(0)),
     "typed, high bits": call("ioctl", 0, 0x5412 + (1 << 32), address(0)),
 }
-if ENDS:
+if CONFINED:
     found["ended"] = ended()
 aborted = subprocess.run([sys.executable, "-c", "import os; os.abort()"], stderr=subprocess.DEVNULL).returncode
 found["aborted"] = aborted < 0
@@ -134,8 +162,10 @@ found["aborted"] = aborted < 0
 # of a system whose Landlock knows no signals
 SIGNALS = """
 from hystfmu.base import confine
+handles = os.listdir("/proc/self/fd")
 confine._landlock = lambda: 5
-confine.confine(confine.Box.of("."))
+confine.confine(confine.Box.of(".", "../given"))
+assert os.listdir("/proc/self/fd") == handles
 found = {
     "kill": call("kill", PID, 0),
     "kill, high bits": call("kill", PID + (1 << 32), 0),
@@ -150,6 +180,7 @@ found = {
 ENVIRONMENT = """
 found = {
     "variables": dict(os.environ),
+    "folder": os.getcwd(),
     "native": libc.getenv(b"TOKEN") != 0,
     "first": open("/proc/self/environ").read(),
 }
@@ -158,28 +189,57 @@ START = """
 import json, sys
 from hystfmu.base.child import Child
 from hystfmu.base.confine import Box
-code, folder, confined = json.loads(sys.argv[1])
-lines, _ = Child("-c", code, box=Box.of(folder) if confined else None).finish(60.0)
+code, confined = json.loads(sys.argv[1])
+lines, _ = Child("-c", code, box=Box.of("own", "given") if confined else None).finish(60.0)
 print("\\n".join(lines))
 """
+WAYS = {  # what is tried in a process: confined, free, and confined with an older Landlock
+    "confined": {"another": ON_ANOTHER, "all": ON_ALL, "root": AS_ROOT, "outside": ENVIRONMENT, "itself": ON_ITSELF},
+    "free": {"another": ON_ANOTHER, "outside": ENVIRONMENT},
+    "older": {"signals": SIGNALS, "itself": ON_ITSELF},
+}
+GIVEN = {"TOKEN": "secret", "AWS_SECRET_ACCESS_KEY": "secret", "LANG": "C.UTF-8", "HYSTFMU_CACHE": "cache"}
+REFUSED = ("EACCES", "EPERM")
+Said = Callable[[str], dict[str, Any]]
 
 
-def said(user: User, code: str, confined: bool = True, **variables: str) -> dict[str, object]:  # noqa: F811
-    """What code finds in a child of the user."""
-    given = json.dumps([f"{HEAD}{code}\nprint(json.dumps(found))", str(user.folder), confined])
-    told = user.python("-c", START, given, **variables)
-    assert told.returncode == 0, told.stderr
-    found: dict[str, object] = json.loads(next(x for x in told.stdout.splitlines() if x.startswith("{")))
-    return found
+@pytest.fixture(scope="module", params=[pytest.param("root", marks=pytest.mark.stress), "user"])
+def user(request: pytest.FixtureRequest) -> Iterator[User]:
+    with closing(User(request.param)) as made:
+        for name in ("file", "own/own", "given/file", "libraries/file"):
+            path = made.folder / name
+            path.parent.mkdir(exist_ok=True)
+            path.write_text("text")
+        made.give(made.folder)
+        yield made
 
 
-@pytest.fixture
-def victim(user: User) -> Iterator[int]:  # noqa: F811
+@pytest.fixture(scope="module")
+def victim(user: User) -> Iterator[int]:
     """A process of the user."""
     options = {} if user.root or not IS_ROOT else {"user": 65534, "group": 65534, "extra_groups": []}
     with subprocess.Popen(["sleep", "600"], **options) as other:  # type: ignore[call-overload]
         yield other.pid
         other.kill()
+
+
+@pytest.fixture(scope="module")
+def said(user: User, victim: int) -> Said:
+    """What the attempts of a way find in a child of the user, with the state of the victim before and after."""
+
+    @functools.cache
+    def tried(way: str) -> dict[str, Any]:
+        parts = "".join(f"{part}\nall_[{name!r}] = found\n" for name, part in WAYS[way].items())
+        parts = parts.replace("PID", str(victim)).replace("CONFINED", str(way == "confined"))
+        code = f"{HEAD}os.chdir({str(user.folder / 'own')!r})\nall_ = {{}}\n{parts}\nprint(json.dumps(all_))"
+        before = state(victim)
+        libraries = {"LD_LIBRARY_PATH": str(user.folder / "libraries")}
+        told = user.python("-c", START, json.dumps([code, way == "confined"]), **GIVEN, **libraries)
+        assert told.returncode == 0, told.stderr
+        assert told.stdout.startswith("{"), told.stdout
+        return json.loads(told.stdout.splitlines()[0]) | {"states": [before, state(victim)]}
+
+    return tried
 
 
 def state(pid: int) -> list[str]:
@@ -190,54 +250,47 @@ def state(pid: int) -> list[str]:
     return [limits, *allowed, *(fields[k] for k in (15, 16, 37, 38))]
 
 
-def test_nothing_is_done_to_another_process_of_the_user(user: User, victim: int) -> None:  # noqa: F811
-    before = state(victim)
-    found = said(user, ON_ANOTHER.replace("PID", str(victim))) | said(user, ON_ALL)
-    assert {name: how for name, how in found.items() if how not in ("EACCES", "EPERM")} == {}
-    assert state(victim) == before
+def test_nothing_is_done_to_another_process_of_the_user(said: Said) -> None:
+    found = said("confined")
+    tried = found["another"] | found["all"]
+    assert {name: how for name, how in tried.items() if how not in REFUSED} == {}
+    assert found["states"][0] == found["states"][1]
 
 
-def test_the_attempts_are_real(user: User, victim: int) -> None:  # noqa: F811
+def test_the_attempts_are_real(said: Said) -> None:
     """Most succeed without confinement."""
-    found = said(user, ON_ANOTHER.replace("PID", str(victim)), confined=False)
-    failed = {name for name, how in found.items() if how in ("EACCES", "EPERM")}
-    assert failed <= {"process_madvise", "kcmp"}
-    assert "Max file size             0" in state(victim)[0]
+    found = said("free")
+    assert {name for name, how in found["another"].items() if how in REFUSED} <= {"process_madvise", "kcmp"}
+    assert "Max file size             0" in found["states"][1][0]
 
 
-def test_root_keeps_no_capability(user: User) -> None:  # noqa: F811
-    (user.folder / "own").touch()
-    user.give(user.folder)
-    found = said(user, AS_ROOT)
-    sets: Any = found.pop("sets")
+def test_root_keeps_no_capability(said: Said, user: User) -> None:
+    found = said("confined")["root"]
     none = ["0" * 16] * 5
-    assert [s if user.root else s[:3] + s[4:] for s in sets] == [none if user.root else none[:4]] * 2
-    assert {name: how for name, how in found.items() if how not in ("EACCES", "EPERM")} == {}
+    assert [s if user.root else s[:3] + s[4:] for s in found["sets"]] == [none if user.root else none[:4]] * 2
+    assert {name: how for name, how in found.items() if name != "sets" and how not in REFUSED} == {}
 
 
-@pytest.mark.parametrize("signals", [False, True], ids=["Landlock", "Landlock without signals"])
-def test_what_a_process_does_to_itself_works(signals: bool, user: User) -> None:  # noqa: F811
+@pytest.mark.parametrize("way", ["confined", "older"])
+def test_what_a_process_does_to_itself_works(way: str, said: Said) -> None:
     """Without the help of Landlock it may not end what it has started; the supervisor does that."""
-    older = 'from hystfmu.base import confine\nconfine._landlock = lambda: 5\nconfine.confine(confine.Box.of("."))\n'
-    found = said(user, (older if signals else "") + ON_ITSELF.replace("ENDS", str(not signals)), not signals)
-    assert (found.pop("typed"), found.pop("typed, high bits"), found.pop("terminal")) == ("EACCES", "EACCES", "ENOTTY")
-    assert found.pop("ended", -15) == -15
-    assert found.pop("aborted") is True
-    assert set(found.values()) == {"done"}, found
+    other = {"typed": "EACCES", "typed, high bits": "EACCES", "terminal": "ENOTTY", "aborted": True, "ended": -15}
+    found = said(way)["itself"]
+    assert found == {name: other.get(name, "done") for name in found}
+    assert ("ended" in found) == (way == "confined")
 
 
-def test_signals_where_landlock_knows_none(user: User, victim: int) -> None:  # noqa: F811
-    found = said(user, SIGNALS.replace("PID", str(victim)), confined=False)
+def test_signals_where_landlock_knows_none(said: Said) -> None:
+    found = said("older")["signals"]
     assert set(found.values()) == {"EACCES"}, found
 
 
-def test_secrets_of_the_environment_stay_outside(user: User) -> None:  # noqa: F811
-    given = {"TOKEN": "secret", "AWS_SECRET_ACCESS_KEY": "secret", "LANG": "C.UTF-8", "HYSTFMU_CACHE": "cache"}
-    found = said(user, ENVIRONMENT, **given)
+def test_secrets_of_the_environment_stay_outside(said: Said) -> None:
+    found = said("confined")["outside"]
     assert "secret" not in json.dumps(found)
     assert found["native"] is False
     variables = found["variables"]
-    assert isinstance(variables, dict)
     assert (variables["LANG"], variables["HYSTFMU_CACHE"]) == ("C.UTF-8", "cache")
     assert {"PATH", "HOME", "PYTHONPATH"} <= set(variables)
-    assert "secret" in json.dumps(said(user, ENVIRONMENT, confined=False, **given))
+    assert {variables[name] for name in ("TMPDIR", "TMP", "TEMP")} == {found["folder"]}
+    assert "secret" in json.dumps(said("free")["outside"])

@@ -42,13 +42,10 @@ def test_every_system_call_has_its_number(column, header, values):
     pairs = confine._REFUSED | confine._OF_A_PROCESS | confine._SIGNALS
     pairs |= {name: numbers[-2:] for name, numbers in confine._OF_A_KIND.items()}
     pairs |= {
-        "pidfd_send_signal": confine._PIDFD_SEND_SIGNAL,
-        "fcntl": confine._FCNTL,
-        "ioctl": confine._IOCTL_CALL,
-        "landlock_create_ruleset": (confine._CREATE_RULESET,) * 2,
-        "landlock_add_rule": (confine._ADD_RULE,) * 2,
+        "pidfd_send_signal": confine._PIDFD_SEND_SIGNAL, "fcntl": confine._FCNTL, "ioctl": confine._IOCTL_CALL,
+        "landlock_create_ruleset": (confine._CREATE_RULESET,) * 2, "landlock_add_rule": (confine._ADD_RULE,) * 2,
         "landlock_restrict_self": (confine._RESTRICT_SELF,) * 2,
-    }
+    }  # fmt: skip
     assert [p[column] for p in pairs.values()] == values(f"asm/bitsperlong.h {header}", [f"__NR_{n}" for n in pairs])
 
 

@@ -33,10 +33,7 @@ static void leave_always(void) {
   pthread_create(&thread, 0, leave_on, 0);
 }
 """
-WAYS = {
-    "symlink": "if (symlink(SECRET, RESULT)) return",
-    "hard link": "if (link(SECRET, RESULT)) return",
-}
+WAYS = {"symlink": "if (symlink(SECRET, RESULT)) return", "hard link": "if (link(SECRET, RESULT)) return"}
 COMMANDS = {  # and what they read from the folder of the FMU
     "simulate FOLDER/bad.fmu --step 1e-3 --stop 0.01 -o FOLDER/out.csv": ["values"],
     "run FOLDER --engine native": ["ended.json"],
@@ -59,14 +56,12 @@ NUMBERS, NUMBER = b"secret!\n" * 1000, "7.09521347"  # how it reads as a number
 SECRETS = {"values": NUMBERS, "ended.json": json.dumps(NOTES).encode(), "result.json": json.dumps(NOTES).encode()}
 
 
-@pytest.mark.parametrize(
-    ("way", "more"),
-    [
-        ("symlink", {}),
-        pytest.param("symlink", MORE, marks=pytest.mark.stress, id="more"),
-        pytest.param("hard link", {}, marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.turn("foreign code")
+@pytest.mark.parametrize(("way", "more"), [
+    ("symlink", {}),
+    pytest.param("symlink", MORE, marks=pytest.mark.stress, id="more"),
+    pytest.param("hard link", {}, marks=pytest.mark.stress),
+])  # fmt: skip
 def test_a_result_that_is_no_file_of_the_fmu_is_refused(way: str, more: dict[str, list[str]], user: User) -> None:  # noqa: F811
     """It would hand out bytes of the secret: numbers in a table, or words in a message."""
     commands = []

@@ -160,13 +160,9 @@ def s11():
     d = np.loadtxt(path)
     data = Dataset.from_signal(d[:-1, 0], d[1:, 4], 1 / 200, train=slice(2000, 4200))
     targets = {
-        "prandtl_ishlinskii": 0.48,
-        "zhao_tan_mlp": 0.30,
-        "actuator": 0.203,
-        "preisach": 0.14,
-        "play_bank_mlp": None,
+        "prandtl_ishlinskii": 0.48, "zhao_tan_mlp": 0.30, "actuator": 0.203, "preisach": 0.14, "play_bank_mlp": None,
         "bouc_wen": None,
-    }
+    }  # fmt: skip
     for key, target in targets.items():
         m = fit(data, key)
         e = (m.predict(data.u) - data.y)[3000:13800]

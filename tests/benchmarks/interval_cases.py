@@ -64,12 +64,9 @@ def staircase(rows, h, band, rng):
 
 
 SIGNALS = {
-    "multisine": multisine,
-    "chirp": chirp,
-    "decaying sine": decaying,
-    "staircase": staircase,
+    "multisine": multisine, "chirp": chirp, "decaying sine": decaying, "staircase": staircase,
     "nested reversals": nested,
-}
+}  # fmt: skip
 NAMES = {  # what a page calls them; a sweep of breathing amplitude swings about the middle
     "multisine": "sums of tones",
     "chirp": "decaying oscillations",

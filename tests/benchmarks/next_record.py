@@ -70,14 +70,8 @@ def line(row):
     truth = "{:.2g}, {:.2g}".format(*row["truth"])
     seconds = f"{before['seconds']:.0f}, {after['seconds']:.0f}"
     return [
-        row["device"],
-        "{} + {}".format(*row["rows"]),
-        *told,
-        ratio,
-        truth,
-        seconds,
-        "met" if met(row) else "MISSED",
-    ]
+        row["device"], "{} + {}".format(*row["rows"]), *told, ratio, truth, seconds, "met" if met(row) else "MISSED",
+    ]  # fmt: skip
 
 
 def main():

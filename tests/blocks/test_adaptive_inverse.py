@@ -233,6 +233,7 @@ def test_as_printed_it_is_the_printed_recursion():
     assert learned[-1] > 10
 
 
+@pytest.mark.turn("blocks and other integrators")
 def test_weights_converge_to_batch_on_the_ipmc_record():
     """28 monomials of lags of displacement and operator; r and share were chosen on a record of its own (seed 5)."""
     phi, voltage = ipmc_regression(ipmc_sensor.ipmc(60, rest=1.0, seed=3))

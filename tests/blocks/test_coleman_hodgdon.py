@@ -14,13 +14,10 @@ from hystfmu.graph.blocks import BoucWen, ColemanHodgdon
 Array = NDArray[np.float64]
 
 LAWS = {
-    "counter-clockwise": {"alpha": 2.0, "b": 1.0, "k": 0.6},
-    "clockwise": {"alpha": 0.7, "b": 0.2, "k": 1.5},
-    "no line": {"alpha": 3.0, "b": 0.0, "k": 1.0},
-    "falling first": {"alpha": 1.5, "b": 1.0, "k": -0.4},
-    "nearly straight": {"alpha": 1e-9, "b": 3.0, "k": 1.0},
-    "nearly a relay": {"alpha": 1e4, "b": 0.5, "k": 2.0},
-}
+    "counter-clockwise": {"alpha": 2.0, "b": 1.0, "k": 0.6}, "clockwise": {"alpha": 0.7, "b": 0.2, "k": 1.5},
+    "no line": {"alpha": 3.0, "b": 0.0, "k": 1.0}, "falling first": {"alpha": 1.5, "b": 1.0, "k": -0.4},
+    "nearly straight": {"alpha": 1e-9, "b": 3.0, "k": 1.0}, "nearly a relay": {"alpha": 1e4, "b": 0.5, "k": 2.0},
+}  # fmt: skip
 every_law = pytest.mark.parametrize("law", LAWS)
 
 
@@ -40,7 +37,8 @@ def integrated(u: Array, y: float, alpha: float, b: float, k: float) -> Array:
     return np.array(out)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("blocks and other integrators")
+@pytest.mark.some(1)
 @every_law
 def test_it_is_its_differential_equation(law: str) -> None:
     u = 1.5 * SIGNALS["white"][:60]

@@ -92,6 +92,7 @@ def test_preisach_finds_a_density_of_its_own_basis(start, sign):
     np.testing.assert_allclose(m.predict(v), wanted, atol=3e-3 * np.ptp(y))
 
 
+@pytest.mark.turn("Preisach and Duhem")
 def test_a_density_goes_on_beyond_the_trained_range():
     """The loops of a sum of plays are the same a little outside, where a grid of relays would be saturated."""
     u = signals.training(40, 2)[::2]
@@ -164,6 +165,7 @@ def test_preisach_with_a_bell_curve_of_a_butterfly_loop(remanent):
 
 
 # ---- Duhem ----------------------------------------------------------------------------------------------------------
+@pytest.mark.turn("Preisach and Duhem")
 def test_duhem_on_bouc_wen_with_a_broken_exponent(bouc_wen_like, duhem_model):
     """S3: no polynomial is |w|^1.5, and the plant is integrated by scipy."""
     plant = partial(plants.bouc_wen, n=1.5)
@@ -180,6 +182,7 @@ def test_duhem_under_noise(bouc_wen_like):
     assert max(table.values()) <= 0.02, table
 
 
+@pytest.mark.turn("Preisach and Duhem")
 def test_duhem_in_other_units(bouc_wen_like, duhem_model):
     data = Dataset.from_signal(50 + 20 * bouc_wen_like.u, 1e-6 * bouc_wen_like.y + 3e-6, STEP)
     m = fit(data, "duhem")

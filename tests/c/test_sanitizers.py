@@ -45,12 +45,14 @@ MEMORY = {"memcpy", "memmove", "memset", "memcmp", "memchr", "strlen", "strcmp"}
 SENTENCES = {"snprintf", "strchr", *MEMORY}
 
 
+@pytest.mark.turn("compiled C", name="objects")
 def test_core_needs_no_libm_and_allocates_nothing(objects: list[Path]) -> None:
     own = {name for _, letter, name in symbols(objects) if letter in "TR"}
     outside = {(o, name) for o, letter, name in symbols(objects) if letter == "U" and name not in own}
     assert {(o, n) for o, n in outside if n not in (SENTENCES if o == "message" else MEMORY)} == set()
 
 
+@pytest.mark.turn("compiled C", name="objects")
 def test_core_has_no_variable_of_its_own(objects: list[Path]) -> None:
     assert [(o, name) for o, letter, name in symbols(objects) if letter in "bBdDC"] == []
 
@@ -173,14 +175,9 @@ def box(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
                 connections[f"x{fmi}.u{kind}"] = "reference.r"
     connections |= {"x3.un_2": "reference.r", "x3.uUInt16": "x3.yUInt8", "x3.vBoolean": "x2.yBoolean"}
     data = {
-        "name": "box",
-        "step": 1e-3,
-        "stop": 1.0,
-        "order": list(units),
-        "units": units,
-        "connections": connections,
+        "name": "box", "step": 1e-3, "stop": 1.0, "order": list(units), "units": units, "connections": connections,
         "metrics": {"p": {"kind": "final", "signal": "x2.yReal"}},
-    }
+    }  # fmt: skip
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
     fmu = write_loop(Cases(folder).cases[0], tmp_path / "box.fmu", 2)
     made = Path(fmpy.extract(str(fmu), str(tmp_path / "box")))

@@ -23,16 +23,12 @@ def zhao_tan_branch(d: Array) -> Array:
 # ---- inputs ---------------------------------------------------------------------------------------------------------
 RNG = np.random.default_rng(7)
 SIGNALS: dict[str, Array] = {
-    "white": RNG.uniform(-1, 1, 300),
-    "reversals": nested_reversals(40, 3, 0.1),
+    "white": RNG.uniform(-1, 1, 300), "reversals": nested_reversals(40, 3, 0.1),
     "nested": 0.97 ** np.arange(120) * np.where(np.arange(120) % 2, 1.0, -1.0),
     "growing": 1.03 ** np.arange(120) * np.where(np.arange(120) % 2, 0.1, -0.1),
-    "plateaus": np.repeat(RNG.uniform(-1, 1, 80), 3),
-    "closes_on_extrema": RNG.integers(-4, 5, 300) / 4.0,
-    "one_sided": RNG.uniform(2, 3, 200),
-    "monotone": np.linspace(-1, 2, 50),
-    "constant": np.full(20, 0.3),
-}
+    "plateaus": np.repeat(RNG.uniform(-1, 1, 80), 3), "closes_on_extrema": RNG.integers(-4, 5, 300) / 4.0,
+    "one_sided": RNG.uniform(2, 3, 200), "monotone": np.linspace(-1, 2, 50), "constant": np.full(20, 0.3),
+}  # fmt: skip
 every_signal = pytest.mark.parametrize("signal", SIGNALS)
 
 
@@ -67,6 +63,7 @@ def test_stack_is_the_sum_of_plays(signal: str, thresholds: str, u0: float) -> N
     assert np.abs(y - expected).max() <= 4e-15 * scale
 
 
+@pytest.mark.some(0.5)
 @pytest.mark.parametrize("signed", [True, pytest.param(False, marks=pytest.mark.stress)])
 def test_four_hundred_thousand_random_steps(signed: bool) -> None:
     """S5: <= 2e-14 of max|y| against the plain loop; the memory forgets nothing and drifts nowhere."""

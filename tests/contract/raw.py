@@ -36,11 +36,8 @@ class Raw:
         self.node, self.c = node, node.block.raw
         self.dims = (C.c_int * (len(node.dims) + 1))(*[node.dims[d.name] for d in node.block.dims])
         groups = {
-            "p": ("param", "fixed", "derived"),
-            "u": ("input", "time"),
-            "y": ("output",),
-            "x": ("cstate", "state"),
-        }
+            "p": ("param", "fixed", "derived"), "u": ("input", "time"), "y": ("output",), "x": ("cstate", "state"),
+        }  # fmt: skip
         self.places: dict[str, slice] = {}
         self._whole: list[Array] = []
         for attribute, kinds in groups.items():

@@ -56,10 +56,7 @@ def test_a_range_is_not_empty(block: str) -> None:
 TWO = {"n": 2}
 TOGETHER = [  # block, sizes, values that it takes together, values that it refuses, the refusal
     (
-        "modified_bouc_wen",
-        {},
-        {"beta": 0.0, "gamma": 1e4},
-        {"beta": 0.0, "gamma": 0.0},
+        "modified_bouc_wen", {}, {"beta": 0.0, "gamma": 1e4}, {"beta": 0.0, "gamma": 0.0},
         r"beta \+ gamma must be greater than 0",
     ),
     ("bouc_wen", {}, {"beta": 0.5, "gamma": -0.4375}, {"beta": 0.5, "gamma": -0.5}, "else z is unbounded"),
@@ -84,7 +81,7 @@ TOGETHER = [  # block, sizes, values that it takes together, values that it refu
     ("transfer_function", {}, {"a": [1.0, 2.0**38]}, {"a": [1.0, 2.0**39]}, "the step is too long"),
     ("modes", {}, {"f_n": [1.591e11], "zeta": [0.0]}, {"f_n": [1.592e11], "zeta": [0.0]}, "the step is too long for"),
     ("modes", {}, {"f_n": [7.95e10], "zeta": [1.0]}, {"f_n": [7.96e10], "zeta": [1.0]}, "the step is too long for"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("block", "sizes", "taken", "refused", "said"), TOGETHER)
@@ -186,13 +183,10 @@ EXPECTED = {  # by hand, from the equations
     "mlp": {"Weights": "W1 b1 W2 b2", "Network": "activation"},
     "creep": {"Weights": "w w0", "Dynamics": "T", "Start": "start"},
     "sliding_mode": {
-        "Controller": "lam epsilon switching",
-        "Gains": "eta rho k_i",
-        "Filters": "tau",
-        "Limits": "u_min u_max",
+        "Controller": "lam epsilon switching", "Gains": "eta rho k_i", "Filters": "tau", "Limits": "u_min u_max",
     },
     "zhao_tan": {"Memory": "memory", "Start": "x0"},
-}
+}  # fmt: skip
 
 
 def found(block: BlockType) -> dict[str, str]:

@@ -84,30 +84,13 @@ def epoch(ns_of_a_count: int) -> bytes:
 
 def lvm(with_x: bool) -> bytes:
     head = [
-        "LabVIEW Measurement\t",
-        "Writer_Version\t2",
-        "Reader_Version\t2",
-        "Separator\tTab",
-        "Decimal_Separator\t.",
-        "Multi_Headings\tNo",
-        f"X_Columns\t{'One' if with_x else 'No'}",
-        "Time_Pref\tRelative",
-        "Operator\tlab",
-        "Date\t2026/11/22",
-        "Time\t10:15:00.123456",
-        "***End_of_Header***\t",
-        "\t",
-        "Channels\t2\t\t",
-        f"Samples\t{N}\t{N}\t",
-        "Date\t2026/11/22\t2026/11/22\t",
-        "Time\t10:15:00.123456\t10:15:00.123456\t",
-        "Y_Unit_Label\tV\tum\t",
-        "X_Dimension\tTime\tTime\t",
-        "X0\t0.0000000000000000E+0\t0.0000000000000000E+0\t",
-        f"Delta_X\t{1 / RATE:.6f}\t{1 / RATE:.6f}\t",
-        "***End_of_Header***\t\t\t",
-        "X_Value\tSpannung\tWeg\tComment",
-    ]
+        "LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab", "Decimal_Separator\t.",
+        "Multi_Headings\tNo", f"X_Columns\t{'One' if with_x else 'No'}", "Time_Pref\tRelative", "Operator\tlab",
+        "Date\t2026/11/22", "Time\t10:15:00.123456", "***End_of_Header***\t", "\t", "Channels\t2\t\t",
+        f"Samples\t{N}\t{N}\t", "Date\t2026/11/22\t2026/11/22\t", "Time\t10:15:00.123456\t10:15:00.123456\t",
+        "Y_Unit_Label\tV\tum\t", "X_Dimension\tTime\tTime\t", "X0\t0.0000000000000000E+0\t0.0000000000000000E+0\t",
+        f"Delta_X\t{1 / RATE:.6f}\t{1 / RATE:.6f}\t", "***End_of_Header***\t\t\t", "X_Value\tSpannung\tWeg\tComment",
+    ]  # fmt: skip
     x = numbers(T, "{:.6f}") if with_x else [""] * N
     return text(head, [x, numbers(U, "{:.6f}"), numbers(Y, "{:.6f}")], "\t")
 
@@ -119,44 +102,22 @@ def keysight() -> bytes:
 
 def tektronix_all() -> bytes:
     head = [
-        "Model,MSO3034",
-        "Firmware Version,2.38",
-        "",
-        "Waveform Type,ANALOG,,",
-        "Point Format,Y,,",
-        "Horizontal Units,s,,",
-        "Horizontal Scale,0.1,,",
-        "Horizontal Delay,0.0,,",
-        f"Sample Interval,{1 / RATE:g},,",
-        f"Record Length,{N},,",
-        "Gating,0.0% to 100.0%,,",
-        "Probe Attenuation,10,1",
-        "Vertical Units,V,V",
-        "Vertical Offset,0,0",
-        "Vertical Scale,20,5",
-        "Vertical Position,-2.5,0.3",
-        ",,",
-        "Label,,",
-        "TIME,CH1,CH2",
-    ]
+        "Model,MSO3034", "Firmware Version,2.38", "", "Waveform Type,ANALOG,,", "Point Format,Y,,",
+        "Horizontal Units,s,,", "Horizontal Scale,0.1,,", "Horizontal Delay,0.0,,", f"Sample Interval,{1 / RATE:g},,",
+        f"Record Length,{N},,", "Gating,0.0% to 100.0%,,", "Probe Attenuation,10,1", "Vertical Units,V,V",
+        "Vertical Offset,0,0", "Vertical Scale,20,5", "Vertical Position,-2.5,0.3", ",,", "Label,,", "TIME,CH1,CH2",
+    ]  # fmt: skip
     return text(head, [numbers(v, "{:.6e}") for v in (T - 0.2, U, Y)])
 
 
 def tektronix_beside() -> bytes:
     """The header stands to the left of the first rows."""
     header = [
-        ("Record Length", f"{N:e}", "Points"),
-        ("Sample Interval", f"{1 / RATE:e}", "s"),
-        ("Trigger Point", "4.000000e+02", "Samples"),
-        ("Source", "CH1", ""),
-        ("Vertical Units", "V", ""),
-        ("Vertical Scale", "2.000000e+01", ""),
-        ("Horizontal Units", "s", ""),
-        ("Horizontal Scale", "1.000000e-01", ""),
-        ("Pt Fmt", "Y", ""),
-        ("Probe Atten", "1.000000e+01", ""),
-        ("Model Number", "TDS2014B", ""),
-    ]
+        ("Record Length", f"{N:e}", "Points"), ("Sample Interval", f"{1 / RATE:e}", "s"),
+        ("Trigger Point", "4.000000e+02", "Samples"), ("Source", "CH1", ""), ("Vertical Units", "V", ""),
+        ("Vertical Scale", "2.000000e+01", ""), ("Horizontal Units", "s", ""), ("Horizontal Scale", "1.000000e-01", ""),
+        ("Pt Fmt", "Y", ""), ("Probe Atten", "1.000000e+01", ""), ("Model Number", "TDS2014B", ""),
+    ]  # fmt: skip
     left = [",".join(row) for row in header] + [",,"] * (N - len(header))
     return text([], [left, *(numbers(v, "{:.6f}") for v in (T - 0.2, U, Y))], end=",")
 

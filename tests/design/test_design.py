@@ -147,12 +147,9 @@ def test_gains_carry_their_units() -> None:
 def chain(steps: int, gain: float = 2.5) -> Graph:
     """As the kinds g0_... : a gain, G0, a delay, an offset."""
     return series(
-        Node("input", "scaling", {"n": 1}, {"gain": gain}),
-        G0,
-        Node("late", "delay", {"n": steps}, {"y0": 0.0}),
-        Node("readout", "scaling", {"n": 1}, {"offset": 0.0}),
-        step=H,
-    )
+        Node("input", "scaling", {"n": 1}, {"gain": gain}), G0, Node("late", "delay", {"n": steps}, {"y0": 0.0}),
+        Node("readout", "scaling", {"n": 1}, {"offset": 0.0}), step=H,
+    )  # fmt: skip
 
 
 def test_a_discrete_delay_is_what_the_core_steps():
@@ -173,12 +170,9 @@ def test_a_discrete_delay_is_what_the_core_steps():
 def test_two_delays_one_behind_the_other_and_one_at_the_input():
     nodes = [Node("a", "delay", {"n": 2}), Node("b", "delay", {"n": 1}), G0]
     graph = Graph(
-        nodes,
-        [("a.y", "b.u"), ("b.y", "g0.u")],
-        [Input("u", ("a.u",))],
-        [Output("y", "g0.y"), Output("v", "b.y")],
+        nodes, [("a.y", "b.u"), ("b.y", "g0.u")], [Input("u", ("a.u",))], [Output("y", "g0.y"), Output("v", "b.y")],
         step=H,
-    )
+    )  # fmt: skip
     system, z = to_control(graph, H), np.exp(0.3j)
     y, v = (complex(k) for k in np.ravel(system(z)))
     assert v == pytest.approx(z**-3, rel=1e-12)

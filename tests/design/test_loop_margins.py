@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 
 import hystfmu as hy
 from hystfmu import Graph, Input, InputError, Node, Output
-from hystfmu.cli import main
 from hystfmu.design import loop, margins, to_control
 from hystfmu.design.delays import sampled
 from hystfmu.design.loop import grid, response_of
@@ -38,19 +37,15 @@ def response(system, z):
     return np.array([C @ np.linalg.solve(v * np.eye(len(A)) - A, B) + D for v in z])
 
 
-@pytest.mark.parametrize(
-    "node",
-    [
-        PID,
-        Node("c", "lead_lag", {"n": 2}, {"K": 7.2, "T_z": [2e-4, 1e-3], "T_p": [2e-3, 1e-4]}),
-        Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-6, "epsilon": 0.3, "k_i": 1e7}),
-        Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0, "mu": 1.0, "epsilon": 0.3}),
-        Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-3}),
-        Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 0.0}),
-        Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0}),
-    ],
-    ids=lambda n: n.type,
-)
+@pytest.mark.parametrize("node", [
+    PID,
+    Node("c", "lead_lag", {"n": 2}, {"K": 7.2, "T_z": [2e-4, 1e-3], "T_p": [2e-3, 1e-4]}),
+    Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-6, "epsilon": 0.3, "k_i": 1e7}),
+    Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0, "mu": 1.0, "epsilon": 0.3}),
+    Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 1e-3}),
+    Node("c", "sliding_mode", {}, {"lam": 90.0, "eta": 1e-3, "rho": 0.0}),
+    Node("c", "super_twisting", {}, {"lam": 90.0, "k_1": 0.1, "k_2": 3.0}),
+], ids=lambda n: n.type)  # fmt: skip
 def test_the_tangent_of_a_controller_is_its_closed_form(node):
     graph = Graph.single(node)
     measured = [i.name for i in graph.inputs].index("y")
@@ -187,14 +182,12 @@ def delays_of(found):
 
 
 def test_the_command_prints_a_row_for_every_loop_and_says_what_has_none():
-    run = CliRunner().invoke(main, ["margins", str(ROOT / "scenarios/pid"), "--case", "sine_100", "--json"])
-    assert run.exit_code == 0, run.output
+    run = invoked(["margins", str(ROOT / "scenarios/pid"), "--case", "sine_100", "--json"])
     (row,) = json.loads(run.output)["loops"]
     assert row["cases"] == ["sine_100"]
     assert row["margins"]["stable"]
     assert row["margins"]["gain_db"] > 6
-    run = CliRunner().invoke(main, ["margins", str(ROOT / "scenarios/open_loop"), "--case", "sine_100"])
-    assert run.exit_code == 1
+    run = invoked(["margins", str(ROOT / "scenarios/open_loop"), "--case", "sine_100"], status=1)
     assert (
         "no margins: open_loop, 1 case: The case must have feedback. Got an open loop: plant does not act on itself."
         in run.output

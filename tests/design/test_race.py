@@ -60,15 +60,12 @@ def state_space(p: Plant, h: float) -> StateSpace:
     return A, B, C, np.zeros((1, 1))
 
 
-@pytest.mark.parametrize(
-    "plant",
-    [
-        Plant((700.0, 1500.0), (0.05, 0.03), (0.9, 0.06), 2.37e-4),
-        Plant((300.0,), (0.7,), (1.0,)),
-        Plant((), (), (), 1.5e-4),
-        Plant((9000.0,), (0.05,), (1.0,), 1e-4),
-    ],
-)
+@pytest.mark.parametrize("plant", [
+    Plant((700.0, 1500.0), (0.05, 0.03), (0.9, 0.06), 2.37e-4),
+    Plant((300.0,), (0.7,), (1.0,)),
+    Plant((), (), (), 1.5e-4),
+    Plant((9000.0,), (0.05,), (1.0,), 1e-4),
+])  # fmt: skip
 def test_a_plant_answers_as_its_step_response(plant: Plant) -> None:
     z = np.exp(1j * np.linspace(0.01, 3.1, 60))
     found = plant.response(z, H)
@@ -146,6 +143,7 @@ def test_structures_that_know_the_resonance_are_faster_than_an_integral(seen: Ra
     assert all(t.ms_db <= 6 and t.set_ms_db <= 12 for t in seen.found)
 
 
+@pytest.mark.some(0.5)
 def test_the_winner_is_stable_on_plants_drawn_inside_the_set(seen: Race) -> None:
     rng = np.random.default_rng()
     for _ in range(8):

@@ -12,20 +12,10 @@ import hystfmu
 
 ROOT = Path(hystfmu.__file__).parent
 PUBLIC = (
-    "hystfmu",
-    "hystfmu.model.accuracy",
-    "hystfmu.design",
-    "hystfmu.fmu",
-    "hystfmu.model.from_torch",
-    "hystfmu.identify",
-    "hystfmu.inverse",
-    "hystfmu.modelica",
-    "hystfmu.redesign",
-    "hystfmu.scenario",
-    "hystfmu.data.signals",
-    "hystfmu.studies",
-    "hystfmu.data.synthetic",
-)
+    "hystfmu", "hystfmu.model.accuracy", "hystfmu.design", "hystfmu.fmu", "hystfmu.model.from_torch",
+    "hystfmu.identify", "hystfmu.inverse", "hystfmu.modelica", "hystfmu.redesign", "hystfmu.scenario",
+    "hystfmu.data.signals", "hystfmu.studies", "hystfmu.data.synthetic",
+)  # fmt: skip
 
 
 def public_functions():

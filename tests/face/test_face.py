@@ -67,7 +67,7 @@ def test_a_model_of_the_face_scores_and_plots(data: hy.Dataset, model: hy.Model,
         model.score(silent)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("scenarios of the face")
 def test_a_fit_tells_the_error_on_the_rows_after_the_training_rows(data: hy.Dataset):
     half = data.with_train((0, len(data.t) // 2))
     made = hy.fit(half, "prandtl_ishlinskii", N=20)
@@ -77,7 +77,7 @@ def test_a_fit_tells_the_error_on_the_rows_after_the_training_rows(data: hy.Data
     assert "held_out_rms_percent" not in hy.fit(data, "prandtl_ishlinskii", N=20).fit
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("scenarios of the face")
 def test_inverse_is_a_model_of_the_face_by_the_first_method_that_it_admits(data: hy.Dataset, model: hy.Model):
     exact = model.inverse()
     assert exact.provenance["inverse"] == "exact"

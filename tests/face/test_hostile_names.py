@@ -19,22 +19,13 @@ from hystfmu.cli import main
 
 MARKUP = "<img src=x onerror=alert(1)>&'"
 NOT_XML = {
-    "colour": "\x1b[31mred\x1b[0m",
-    "title": "\x1b]0;t\x07",
-    "null": "a\0b",
-    "back": "ab\x08\x08c",
-    "delete": "\x7f",
-}
+    "colour": "\x1b[31mred\x1b[0m", "title": "\x1b]0;t\x07", "null": "a\0b", "back": "ab\x08\x08c", "delete": "\x7f",
+}  # fmt: skip
 HOSTILE = {
-    "C1": "\x9b31mred",
-    "C1 line": "a\x85b",
-    "override": "\u202exe.exe\u202c",
-    "embedding": "\u202aa\u202bb\u202dc",
-    "isolate": "\u2066a\u2067b\u2068c\u2069",
-    "mark": "\u200eu\u200f\u061c",
-    "separator": "a\u2028b\u2029c",
+    "C1": "\x9b31mred", "C1 line": "a\x85b", "override": "\u202exe.exe\u202c", "embedding": "\u202aa\u202bb\u202dc",
+    "isolate": "\u2066a\u2067b\u2068c\u2069", "mark": "\u200eu\u200f\u061c", "separator": "a\u2028b\u2029c",
     "invisible": "\ufeffa\u200bb",
-}
+}  # fmt: skip
 QUIET = "Größe\u00a0µm² a\u200db" + MARKUP
 OUTPUT = "".join(HOSTILE.values()) + '[1,2]"q\nPASSED'
 SHOWN = "\u200d\u00a0"  # printable here, though not in Python's sense
@@ -174,6 +165,7 @@ def test_keys_and_texts_of_toml(kind: str, folder: Path, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == [place]
 
 
+@pytest.mark.turn("a terminal")
 def test_markup_in_texts_of_toml(folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder, tmp_path / "all")
     for file in (tmp_path / "all" / "m.model.toml", tmp_path / "all" / "loop" / "scenario.toml"):
@@ -258,13 +250,10 @@ def test_names_of_an_ssp_archive(folder: Path, tmp_path: Path) -> None:
         assert not any(line.startswith(renames) for line in told.splitlines())
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        *("fit {}", "export {}", "validate {}", "run {}", "study {}", "{}", "fit --{}", "compare {} {}"),
-        *("design {}", "design irc {}", "design repetitive {}", "design pi --{}"),
-    ],
-)
+@pytest.mark.parametrize("words", [
+    *("fit {}", "export {}", "validate {}", "run {}", "study {}", "{}", "fit --{}", "compare {} {}"),
+    *("design {}", "design irc {}", "design repetitive {}", "design pi --{}"),
+])  # fmt: skip
 def test_words_of_the_command_line(words: str, tmp_path: Path) -> None:
     for bad in (*NOT_XML.values(), *HOSTILE.values(), "a\nb", os.fsdecode(bytes([255, 27]))):
         if "\0" not in bad:  # the system hands no such word on

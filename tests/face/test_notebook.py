@@ -75,6 +75,7 @@ def test_the_distribution_of_a_study_is_that_of_its_rows(shown: dict[str, object
     assert limit.x.tolist() == [2.5, 2.5]
 
 
+@pytest.mark.turn("files of commands")
 def test_matplotlib_draws_the_same_rows(shown: dict[str, object], data: hy.Dataset, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the extra notebook is not installed")
     plot = shown["model"].plot(data)  # type: ignore[attr-defined]
@@ -108,6 +109,7 @@ def test_without_matplotlib_one_line_names_the_extra(data: hy.Dataset, monkeypat
     assert data.plot()._repr_html_().startswith("<svg")
 
 
+@pytest.mark.turn("imports")
 def test_plots_do_not_import_matplotlib() -> None:
     code = "import sys, hystfmu as hy; hy.synthetic.piezo(20).plot()._repr_html_(); print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)

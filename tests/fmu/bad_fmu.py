@@ -20,14 +20,10 @@ SOURCE += "".join(f"int {name}(void) {{ return 0; }}\n" for name in sorted(_NAME
 SLEEPS, SPINS = "for (;;) sleep(1)", "for (;;)"
 # the scenario of a folder with bad.fmu
 LOOP: dict[str, Any] = {
-    "name": "bad",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["command", "bad"],
-    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}},
-    "connections": {"bad.u": "command.d"},
+    "name": "bad", "step": 1e-3, "stop": 0.01, "order": ["command", "bad"],
+    "units": {"command": {"block": "disturbance"}, "bad": {"fmu": "bad.fmu"}}, "connections": {"bad.u": "command.d"},
     "metrics": {"last": {"kind": "final", "signal": "bad.y"}},
-}
+}  # fmt: skip
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="bad" guid="bad">
   <CoSimulation modelIdentifier="bad" canHandleVariableCommunicationStepSize="true"/>
@@ -44,12 +40,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def bad_fmu(
-    path: Path,
-    defect: str = "",
-    limit: float = 0.5,
-    extra: str = "",
-    *options: str,
-    description: str = DESCRIPTION,
+    path: Path, defect: str = "", limit: float = 0.5, extra: str = "", *options: str, description: str = DESCRIPTION
 ) -> None:
     """Compile an FMU that does something terrible after 4 ms when its input is above the limit; else y = u.
 

@@ -49,13 +49,9 @@ class EventInfo(C.Structure):
     """fmi2EventInfo."""
 
     _fields_ = [
-        ("new_states_needed", C.c_int),
-        ("terminate", C.c_int),
-        ("nominals_changed", C.c_int),
-        ("values_changed", C.c_int),
-        ("next_defined", C.c_int),
-        ("next", C.c_double),
-    ]
+        ("new_states_needed", C.c_int), ("terminate", C.c_int), ("nominals_changed", C.c_int),
+        ("values_changed", C.c_int), ("next_defined", C.c_int), ("next", C.c_double),
+    ]  # fmt: skip
 
 
 class Events(Master):

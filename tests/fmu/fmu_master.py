@@ -57,12 +57,8 @@ def loop() -> Graph:
         Node("dyn", "transfer_function", {"nb": 0, "na": 2}, {"b": [1.0], "a": [1e-5, 1e-2, 1.0]}),
     ]
     wires = [
-        ("ref.r", "ctl.y_d"),
-        ("dyn.y", "ctl.y"),
-        ("ctl.u", "add.u[1]"),
-        ("add.y", "plant.u"),
-        ("plant.y", "dyn.u"),
-    ]
+        ("ref.r", "ctl.y_d"), ("dyn.y", "ctl.y"), ("ctl.u", "add.u[1]"), ("add.y", "plant.u"), ("plant.y", "dyn.u"),
+    ]  # fmt: skip
     outputs = [Output("y", "dyn.y", "um"), Output("u", "ctl.u", "V"), Output("r", "ref.r", "um")]
     return Graph(nodes, wires, [Input("d", ("add.u[2]",), "V")], outputs, step=H)
 

@@ -16,13 +16,9 @@ from fmu_events import EventInfo, Events
 from fmu_master import ERROR, OK, H, Make, Master, mixed, single
 
 STATES = {
-    "I": "Instantiated",
-    "N": "Initialization Mode",
-    "E": "Event Mode",
-    "S": "Step Mode",
-    "C": "Continuous-Time Mode",
+    "I": "Instantiated", "N": "Initialization Mode", "E": "Event Mode", "S": "Step Mode", "C": "Continuous-Time Mode",
     "T": "Terminated",
-}
+}  # fmt: skip
 OF = {"cs": "INST", "event": "INEST", "me": "INECT"}  # the states of an interface; "event": FMI 3.0 with Event Mode
 CASES = [
     pytest.param(fmi, interface, state, id=f"fmi{fmi}-{interface}-{STATES[state]}")
@@ -214,6 +210,7 @@ def _bring(m: Master, state: str) -> None:
         assert m.call("Terminate") == OK
 
 
+@pytest.mark.some(12)
 @pytest.mark.parametrize(("fmi", "interface", "state"), CASES, indirect=["fmi"])
 def test_matrix(make: Make, fmi: int, interface: str, state: str) -> None:
     place = f"'{STATES[state]}' of {'Model Exchange' if interface == 'me' else 'Co-Simulation'}"

@@ -29,7 +29,7 @@ def described(graph: Graph, path: Path, fmi: int) -> Any:
     return read_model_description(str(export_fmu(graph, path, fmi)))  # type: ignore[arg-type]
 
 
-@pytest.mark.some(len(GRAPHS))
+@pytest.mark.some(20)
 @pytest.mark.parametrize("name", list(GRAPHS))
 def test_undeclared_dependencies_have_no_effect(folder: Path, fmi: int, name: str) -> None:
     """In Event Mode at a sample, each input and each state is changed separately, upwards and downwards."""
@@ -122,12 +122,8 @@ def test_elements_of_an_array_are_distinguished() -> None:
     named = {n: {states[k] for k in known.states} | known.inputs for n, known in outputs.items()}
     assert named == {"y": {"o_q"}, "z": {"o_f"}, "w": {"a_q", "b_q"}}
     assert [{states[k] for k in known.states} | known.inputs for known in rates] == [
-        {"a_q", "p"},
-        {"b_q", "q"},
-        {"o_v"},
-        {"a_q", "b_q", "o_q", "o_v", "o_f"},
-        {"o_v", "o_f"},
-    ]
+        {"a_q", "p"}, {"b_q", "q"}, {"o_v"}, {"a_q", "b_q", "o_q", "o_v", "o_f"}, {"o_v", "o_f"},
+    ]  # fmt: skip
 
 
 def test_the_force_of_the_duhem_oscillator_depends_on_itself() -> None:
@@ -140,22 +136,15 @@ def test_the_force_of_the_duhem_oscillator_depends_on_itself() -> None:
 # ---- a model with a record -------------------------------------------------------------------------------------------
 # unit of measure: exponents of kg, m, s, A, K, rad; factor; offset (BIPM, The International System of Units, 9th ed.)
 UNITS: dict[str, tuple[tuple[int, ...], float, float]] = {
-    "um": ((0, 1, 0, 0, 0, 0), 1e-6, 0.0),
-    "ms": ((0, 0, 1, 0, 0, 0), 1e-3, 0.0),
-    "h": ((0, 0, 1, 0, 0, 0), 3600.0, 0.0),
-    "kV": ((1, 2, -3, -1, 0, 0), 1e3, 0.0),
-    "kV/mm": ((1, 1, -3, -1, 0, 0), 1e6, 0.0),
-    "um/V": ((-1, -1, 3, 1, 0, 0), 1e-6, 0.0),
-    "N.s/m2": ((1, -1, -1, 0, 0, 0), 1.0, 0.0),
-    "MPa": ((1, -1, -2, 0, 0, 0), 1e6, 0.0),
-    "mN": ((1, 1, -2, 0, 0, 0), 1e-3, 0.0),
-    "Oe": ((0, -1, 0, 1, 0, 0), 1e3 / (4 * np.pi), 0.0),
-    "degC": ((0, 0, 0, 0, 1, 0), 1.0, 273.15),
-    "degC/min": ((0, 0, -1, 0, 1, 0), 1 / 60, 0.0),
-    "deg": ((0, 0, 0, 0, 0, 1), np.pi / 180, 0.0),
-    "%": ((0, 0, 0, 0, 0, 0), 0.01, 0.0),
+    "um": ((0, 1, 0, 0, 0, 0), 1e-6, 0.0), "ms": ((0, 0, 1, 0, 0, 0), 1e-3, 0.0),
+    "h": ((0, 0, 1, 0, 0, 0), 3600.0, 0.0), "kV": ((1, 2, -3, -1, 0, 0), 1e3, 0.0),
+    "kV/mm": ((1, 1, -3, -1, 0, 0), 1e6, 0.0), "um/V": ((-1, -1, 3, 1, 0, 0), 1e-6, 0.0),
+    "N.s/m2": ((1, -1, -1, 0, 0, 0), 1.0, 0.0), "MPa": ((1, -1, -2, 0, 0, 0), 1e6, 0.0),
+    "mN": ((1, 1, -2, 0, 0, 0), 1e-3, 0.0), "Oe": ((0, -1, 0, 1, 0, 0), 1e3 / (4 * np.pi), 0.0),
+    "degC": ((0, 0, 0, 0, 1, 0), 1.0, 273.15), "degC/min": ((0, 0, -1, 0, 1, 0), 1 / 60, 0.0),
+    "deg": ((0, 0, 0, 0, 0, 1), np.pi / 180, 0.0), "%": ((0, 0, 0, 0, 0, 0), 0.01, 0.0),
     "kg": ((1, 0, 0, 0, 0, 0), 1.0, 0.0),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", UNITS)
@@ -191,6 +180,7 @@ def ports(model: Model, path: Path, fmi: int) -> dict[str, Any]:
     return {v.name: v for v in description.modelVariables} | {"experiment": description.defaultExperiment}
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 def test_ranges_sizes_and_texts(model: Model, tmp_path: Path, fmi: int) -> None:
     lo, hi = model.provenance["trained_u"]
@@ -232,7 +222,7 @@ def graph_of(name: str) -> Graph:
     return loop() if name == "loop" else single(name)
 
 
-@pytest.mark.some(len(EVERY))
+@pytest.mark.some(20)
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("name", EVERY)
 def test_same_bits_and_valid(name: str, fmi: int, tmp_path: Path) -> None:

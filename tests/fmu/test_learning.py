@@ -48,7 +48,7 @@ def goes_on_where_it_was_saved(folder: Path, u: np.ndarray, native: np.ndarray) 
     assert run(other, u[half:], half).tobytes() == second.tobytes()
 
 
-@pytest.mark.some(1)
+@pytest.mark.some(0.25)
 @pytest.mark.parametrize(("reversals", "form", "fmi"), [(30, "plain", 2), (30, "corrected", 3), *LONG])
 def test_an_fmu_learns_as_well_as_batch_and_survives_being_saved(
     reversals: int, form: str, fmi: int, tmp_path: Path

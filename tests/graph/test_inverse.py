@@ -44,6 +44,12 @@ def test_exact_inverse_in_cascade_with_its_model():
     assert (inv.key, inv.step) == ("prandtl_ishlinskii_inverse", m.step)
     assert (inv.graph.inputs[0].unit, inv.graph.outputs[0].unit) == ("um", "V")
     assert (inv.graph.inputs[0].name, inv.graph.outputs[0].name) == ("u", "y")
+    texts = [
+        "wanted output: output of the record data, in um",
+        "input for the wanted output: input of the record data, in V",
+    ]
+    assert [inv.graph.inputs[0].text, inv.graph.outputs[0].text] == texts
+    assert inverse(chain()).graph.inputs[0].text == "wanted output"
 
 
 def test_an_implicit_inverse_undoes_creep_too():
@@ -59,7 +65,7 @@ def test_the_inverse_of_the_inverse_is_the_model():
     back = inverse(inverse(m))
     u = signals.nested_reversals(50, 9)
     np.testing.assert_allclose(back.predict(u), m.predict(u), rtol=0, atol=1e-13)
-    assert back.key == m.key
+    assert (back.key, back.graph.inputs[0].text) == (m.key, "wanted output: input of the record data, in V")
 
 
 def test_an_exact_inverse_survives_its_file(tmp_path):
@@ -86,15 +92,12 @@ def test_zhao_tan_between_scalings():
     assert inverse(m).predict(np.r_[far, far[-1] + 5]).min() >= -0.9 - 1e-12
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"a0": 0.5, "a": [1.0, 0.25], "d_max": 3.0},  # a straight line beyond 3
-        {"a0": 1e-3, "a": [1.0]},  # nearly flat where a branch starts
-        {"a0": 0.01, "a": [0.0] * 8 + [1.0], "d_max": 4.0, "x0": 0.3},  # d^18
-        {"a0": 2.0, "a": [0.0], "d_max": 9.0},  # flat at the far end
-    ],
-)
+@pytest.mark.parametrize("values", [
+    {"a0": 0.5, "a": [1.0, 0.25], "d_max": 3.0},  # a straight line beyond 3
+    {"a0": 1e-3, "a": [1.0]},  # nearly flat where a branch starts
+    {"a0": 0.01, "a": [0.0] * 8 + [1.0], "d_max": 4.0, "x0": 0.3},  # d^18
+    {"a0": 2.0, "a": [0.0], "d_max": 9.0},  # flat at the far end
+])  # fmt: skip
 def test_constraint_factor(values):
     """In the output to the last bits of the span; in the input as far as its slope allows."""
     m = Model("c", Graph.single(Node("c", "constraint_factor", {}, values)))
@@ -130,14 +133,11 @@ def dead_zones(w0, r, w):
     return Model("m", series(plays, Node("bend", "dead_zones", {}, {"w0": w0, "r": r, "w": w})))
 
 
-@pytest.mark.parametrize(
-    ("w0", "r", "w"),
-    [
-        (1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
-        (0.3, [0.4, -0.1, 0.4, 0.0], [-0.1, 0.2, 3.0, 0.2]),  # in no order, twice the same, one at 0
-        (2.0, [0.0], [0.5]),
-    ],
-)
+@pytest.mark.parametrize(("w0", "r", "w"), [
+    (1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
+    (0.3, [0.4, -0.1, 0.4, 0.0], [-0.1, 0.2, 3.0, 0.2]),  # in no order, twice the same, one at 0
+    (2.0, [0.0], [0.5]),
+])  # fmt: skip
 def test_dead_zones_behind_plays(w0, r, w):
     m = dead_zones(w0, r, w)
     u = signals.nested_reversals(60, 3)
@@ -209,24 +209,20 @@ def test_a_model_that_falls_against_its_input_is_warned_of():
     assert "moves against its input" in made.fit["warnings"][0]
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: plays_only(), ("'w0' parameter of p must be greater than 0", "slope 0 after each reversal", "w0_min")),
-        (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
-        (
-            lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"),
-            ("no exact inverse", "'implicit' or 'learned'"),
-        ),
-        (lambda: chain(memory="last"), ("'last'", "dominant")),
-        (lambda: falling(), ("must be increasing", "Got -0.5 instead")),
-        (lambda: flat(), ("at c:", "must rise")),
-        (
-            lambda: Model("s", Graph.single(Node("s", "scaling", {"n": 1}, {"gain": 0.0}))),
-            ("'gain' parameter of s must not be 0",),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: plays_only(), ("'w0' parameter of p must be greater than 0", "slope 0 after each reversal", "w0_min")),
+    (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
+    (
+        lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"),
+        ("no exact inverse", "'implicit' or 'learned'"),
+    ),
+    (lambda: chain(memory="last"), ("'last'", "dominant")),
+    (lambda: falling(), ("must be increasing", "Got -0.5 instead")),
+    (lambda: flat(), ("at c:", "must rise")),
+    (lambda: straight(0.0), ("'gain' parameter of s must not be 0",)),
+    (lambda: two_scalings("a.u", "b.u"), ("form one chain", "Got another structure")),
+    (lambda: two_scalings("a.u"), ("form one chain", "Got another structure")),
+])  # fmt: skip
 def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
     with pytest.raises(InputError) as e:
         inverse(make())
@@ -235,13 +231,10 @@ def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
 
 
 @pytest.mark.some(0.5)
-@pytest.mark.parametrize(
-    ("key", "static", "options"),
-    [
-        ("rate_mlp", False, {"starts": 1, "iterations": 5, "N": 4}),
-        ("preisach", True, {"n": 12, "widths": 8, "means": 3}),
-    ],
-)
+@pytest.mark.parametrize(("key", "static", "options"), [
+    ("rate_mlp", False, {"starts": 1, "iterations": 5, "N": 4}),
+    ("preisach", True, {"n": 12, "widths": 8, "means": 3}),
+])  # fmt: skip
 def test_the_hint_names_only_methods_that_work(key, static, options):
     """A difference over a step has no implicit inverse."""
     model = fitted(key, **options)
@@ -257,6 +250,44 @@ def test_the_hint_names_only_methods_that_work(key, static, options):
     with pytest.raises(InputError, match="span_u") as e:
         inverse(replace(model, provenance={}))
     assert "implicit" not in str(e.value)
+
+
+def two_scalings(*to):
+    """Two that take the input, or one after the other; the output is that of the first one."""
+    wires = [] if "b.u" in to else [("a.y", "b.u")]
+    nodes = [Node("a", "scaling"), Node("b", "scaling")]
+    return Model("b", Graph(nodes, wires, [Input("u", to)], [Output("y", "a.y")]))
+
+
+def scheduled(lo, hi):
+    """Plays times -2 + 8 T for T in [lo, hi], plus 0.6 T - 0.5."""
+    nodes = [
+        Node("plays", "prandtl_ishlinskii", {}, {"w0": 1.0, "r": [0.1, 0.3], "w": [0.5, 0.25]}),
+        Node("limited", "scaling", {"n": 1}, {"gain": -2.0, "offset": 0.5, "lo": lo, "hi": hi}),
+        Node("factor", "sum", {"n": 1}, {"k": [-4.0]}),
+        Node("scheduled", "product", {"n": 2, "m": 0}),
+        Node("added", "sum", {"n": 2}, {"k": [-0.3, 2.0], "offset": -0.35}),
+    ]
+    wires = [("limited.y", "factor.u"), ("factor.y", "scheduled.u[1]"), ("plays.y", "scheduled.u[2]")]
+    wires += [("limited.y", "added.u[1]"), ("scheduled.y", "added.u[2]")]
+    graph = Graph(nodes, wires, [Input("u", ("plays.u",)), Input("T", ("limited.u",))], [Output("y", "added.y")])
+    return Model("s", graph, None, "", {}, {"span_covariates": {"T": [lo, hi]}})
+
+
+@pytest.mark.parametrize(("lo", "hi"), [(0.5, 1.0), (0.0, 0.125)])
+def test_sums_and_products_with_a_covariate_are_solved_for_the_signal(lo, hi):
+    m = scheduled(lo, hi)
+    u, T = signals.nested_reversals(40, 3), np.linspace(lo, hi, len(signals.nested_reversals(40, 3)))
+    found = inverse(m).graph.run(np.column_stack([m.graph.run(np.column_stack([u, T])), T]))
+    np.testing.assert_allclose(found, u, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(("lo", "hi", "reach"), [(0.25, 1.0, "0 to 6"), (0.0, 0.25, "-2 to 0"), (0.0, 1.0, "-2 to 6")])
+def test_a_factor_that_may_be_0_has_no_inverse(lo, hi, reach):
+    with pytest.raises(
+        InputError, match=f"factor.y of scheduled must keep its sign for an inverse. Got one from {reach}"
+    ):
+        inverse(scheduled(lo, hi))
 
 
 def plays_only():
@@ -336,7 +367,7 @@ def test_rows_on_which_the_output_falls(falling, warned):
 
 def test_a_learned_inverse_corrects_the_wanted_output_by_operators_of_three_scales():
     m = fitted()
-    u = over_range(m, signals.training(20, 1))
+    u = over_range(m, signals.training(20, 1))[7:]
     y = m.predict(u)
     made = learned._corrected(m, u, y, 2, {"iterations": 1, "starts": 1}, lambda part: None)
     gains = np.array([made.graph.node(f"scale{k}").value("gain")[0] for k in (1, 2, 3)])
@@ -344,6 +375,15 @@ def test_a_learned_inverse_corrects_the_wanted_output_by_operators_of_three_scal
     assert [made.graph.node(f"scale{k}").value("offset")[0] for k in (1, 2, 3)] == pytest.approx(-gains * y[0])
     bank = made.graph.node("bank")
     assert (bank.sizes["z"], set(bank.value("z0"))) == (4, {y[0]})
+    inputs = [
+        "input.y",
+        "first_hysteresis.u",
+        *(f"operator{k}.x" for k in (1, 2, 3)),
+        *(f"bank.z[{k}]" for k in (1, 2, 3, 4)),
+    ]
+    assert [a for a, b in made.graph.wires if b.startswith("features.u")] == inputs
+    assert made.graph.node("last_hysteresis").value("w0") == pytest.approx(m.graph.node("hysteresis").value("w0"))
+    assert made.fit["parameters"] == 12 * 9 + 12 + 12 + 1 + 9 + 1 + 41  # network, linear part, plays
     assert made.fit["rms_percent"] < 1
     told = made.provenance
     assert (told["rows"], told["span_u"], told["seed"]) == (len(u), [y.min(), y.max()], 2)
@@ -380,4 +420,11 @@ def test_what_auto_asks_of_the_inverses():
     implicit, lagging = (Model("b", graph, 1e-3, "", {}, span) for graph in (sum_of_both, lag))
     assert [Inverses().kind(m) for m in (straight(), implicit, lagging)] == ["exact", "implicit", "learned"]
     assert Inverses().fault(straight()) == Inverses().fault(implicit) == ""
+    for slope, kind in ((-1e-5, "exact"), (-1e-3, "none: not monotone")):  # of the last half
+        curve = Node("c", "dead_zones", {}, {"w0": 1.0, "r": [0.5], "w": [slope - 1.0]})
+        bent = Model("c", Graph.single(curve), None, "", {}, span)
+        assert Inverses().kind(bent).replace("implicit", "exact") == kind
+        assert ("not monotone in the input" in Inverses().fault(bent)) == (slope == -1e-3)
+    lower = inverse(implicit, "implicit", lo=-2.0).graph.node("inverse")
+    assert (lower.value("lo")[0], lower.value("hi")[0]) == (-2.0, 1.0)
     assert "must be greater than 0 for an inverse" in Inverses().fault(replace(plays_only(), provenance=span))

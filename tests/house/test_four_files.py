@@ -141,6 +141,7 @@ def test_a_drawn_name_is_no_block_and_at_any_place() -> None:
     assert not drawn & set(there)
 
 
+@pytest.mark.turn("compiled C")
 def test_all_four_files_make_a_block(tmp_path: Path) -> None:
     name = drawn_name()
     copy = Copy(tmp_path, name)

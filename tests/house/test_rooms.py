@@ -16,6 +16,7 @@ def room(module: str) -> str:
     return ".".join(module.split(".")[:2])
 
 
+@pytest.mark.turn("imports")
 def test_modules_import_without_a_circle():
     edges = {m: set(imports(m)) for m in MODULES}
     assert not circle(edges), f"imports form a circle: {' -> '.join(circle(edges))}"

@@ -58,6 +58,7 @@ def test_the_law_of_bouc_wen_is_two_lines():
     assert errors[1] <= 0.35 * errors[0]  # order 2
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("law", "limit"), [(bouc_wen_law, 0.8), (friction_law, 0.8)])
 def test_a_plant_of_another_integrator_on_other_signals(law, limit):

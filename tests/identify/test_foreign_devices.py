@@ -36,6 +36,7 @@ def test_a_graph_with_the_drawn_numbers_is_the_device(name):
     assert 100 * np.abs(e).max() / case.data.span <= (0.3 if "Jiles" in name else 0.02)
 
 
+@pytest.mark.turn("parameters of a kind")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["battery, one state", "ferroelectric butterfly", "shape-memory alloy"])
 def test_a_fit_of_the_true_structure_is_off_by_less_than_the_noise(name):
@@ -83,6 +84,7 @@ def test_a_dashpot_in_series_with_bouc_wen():
     assert reached("Spencer's MR damper", "bouc_wen_parallel", "chirp", seed=65228) <= 1.2
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("form", ["chirp", "decaying sine"])
 def test_back_relaxation(form):
@@ -102,7 +104,7 @@ def test_relays_stand_behind_a_bend():
     assert reached("ferroelectric butterfly", "actuator", operator="relays", dynamics="no", creep="no") <= 1.5
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("dynamics of a fit")
 def test_one_decaying_sine_shows_the_dynamics_behind_an_operator():
     """A Coleman-Hodgdon piezo with a mode of 250 Hz and two rows of delay; `actuator` leaves 0.5 %."""
     assert reached("Coleman-Hodgdon piezo, mode, delay", "g0_bouc_wen", "decaying sine") <= 0.05

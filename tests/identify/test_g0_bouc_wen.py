@@ -47,7 +47,7 @@ def found():
     return fit(record(multisine(1.0, 500, 3), 500.0, 0.7, 0.0), "g0_bouc_wen")
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("dynamics of a fit", name="g0")
 def test_hysteresis_and_dynamics_are_recovered_and_hold_on_other_signals(found):
     assert found.fit["f_n"] == pytest.approx(500, rel=0.005)
     assert found.fit["zeta"] == pytest.approx(0.7, rel=0.03)
@@ -102,6 +102,7 @@ def test_a_model_of_the_wrong_class_does_not_claim_to_know_the_dynamics():
     assert any("f_n" in w for w in m.fit["warnings"])
 
 
+@pytest.mark.turn("dynamics of a fit", name="g0")
 def test_the_static_part_has_an_implicit_inverse(found):
     static = hysteresis(found)
     assert static.key == "bouc_wen"

@@ -33,7 +33,7 @@ QUICK = {
 KEYS = [k for k in METHODS if k != "auto" and not k.endswith("_oscillator")]  # no oscillator here
 
 
-@pytest.mark.some(6)
+@pytest.mark.some(3)
 @pytest.mark.parametrize("key", KEYS)
 def test_every_method_reports_what_its_saved_model_does(key, small, tmp_path):
     data = small.with_train("100:900")
@@ -44,23 +44,16 @@ def test_every_method_reports_what_its_saved_model_does(key, small, tmp_path):
     e = (y - data.y)[100:900]
     span = np.ptp(data.y[100:900])
     expected = [
-        np.sqrt(np.mean(e**2)),
-        np.abs(e).max(),
-        100 * np.sqrt(np.mean(e**2)) / span,
-        100 * np.abs(e).max() / span,
-    ]
+        np.sqrt(np.mean(e**2)), np.abs(e).max(), 100 * np.sqrt(np.mean(e**2)) / span, 100 * np.abs(e).max() / span,
+    ]  # fmt: skip
     got = [m.fit[k] for k in ("rms", "max", "rms_percent", "max_percent")]
     np.testing.assert_allclose(got, expected, rtol=1e-12)
     assert m.fit["parameters"] > 0
     assert m.fit["seconds"] >= 0
     p = m.provenance
     assert (p["data"], p["sha256"], p["rows"], p["train"], p["seed"]) == (
-        "ten plays",
-        data.sha256,
-        len(y),
-        "100:900",
-        3,
-    )
+        "ten plays", data.sha256, len(y), "100:900", 3,
+    )  # fmt: skip
     assert set(p["options"]) <= {o.name for o in options(key)}
     assert {"hystfmu", "numpy", "scipy", "python"} <= set(p["versions"])
     assert all(0 <= f <= 1 for f in fractions)
@@ -81,18 +74,15 @@ def test_rows_outside_train_do_not_change_the_weights(small):
     assert a.graph.to_bytes() == b.graph.to_bytes()
 
 
-@pytest.mark.parametrize(
-    ("key", "given", "words"),
-    [
-        ("nothing", {}, ("The model must be one of", "prandtl_ishlinskii", "bouc_wen", "Got 'nothing' instead.")),
-        ("prandtl_ishlinskii", {"n": 5}, ("Got 'n' instead.", "N (an int in [1, 100000])")),
-        ("prandtl_ishlinskii", {"N": 0}, ("'N'", "[1, 100000]", "0")),
-        ("prandtl_ishlinskii", {"N": 2.5}, ("'N'", "an int", "2.5")),
-        ("prandtl_ishlinskii", {"N": True}, ("'N'", "an int", "True")),
-        ("zhao_tan_mlp", {"memory": "first"}, ("'memory'", "dominant, last", "first")),
-        ("zhao_tan_mlp", {"decay": float("nan")}, ("'decay'", "nan")),
-    ],
-)
+@pytest.mark.parametrize(("key", "given", "words"), [
+    ("nothing", {}, ("The model must be one of", "prandtl_ishlinskii", "bouc_wen", "Got 'nothing' instead.")),
+    ("prandtl_ishlinskii", {"n": 5}, ("Got 'n' instead.", "N (an int in [1, 100000])")),
+    ("prandtl_ishlinskii", {"N": 0}, ("'N'", "[1, 100000]", "0")),
+    ("prandtl_ishlinskii", {"N": 2.5}, ("'N'", "an int", "2.5")),
+    ("prandtl_ishlinskii", {"N": True}, ("'N'", "an int", "True")),
+    ("zhao_tan_mlp", {"memory": "first"}, ("'memory'", "dominant, last", "first")),
+    ("zhao_tan_mlp", {"decay": float("nan")}, ("'decay'", "nan")),
+])  # fmt: skip
 def test_wrong_keys_and_options_name_the_legal_ones(key, given, words, small):
     with pytest.raises(InputError) as e:
         fit(small, key, **given)
@@ -100,6 +90,7 @@ def test_wrong_keys_and_options_name_the_legal_ones(key, given, words, small):
         assert w in str(e.value)
 
 
+@pytest.mark.turn("imports")
 def test_nothing_heavy_is_imported():
     code = (
         "import sys, hystfmu.identify\nfrom hystfmu.identify.methods import bouc_wen, weighted_sums;"

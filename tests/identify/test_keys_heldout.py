@@ -58,6 +58,7 @@ def test_no_key_is_left_out():
 LONG = ("bouc_wen", "duhem")
 
 
+@pytest.mark.turn("held-out records")
 @pytest.mark.some(2)
 @pytest.mark.parametrize("key", [pytest.param(k, marks=pytest.mark.stress) if k in LONG else k for k in ON])
 def test_a_key_on_an_independent_plant(key):
@@ -119,7 +120,7 @@ def test_s3_bouc_wen_grey_box():
     assert table("prandtl_ishlinskii", plants.bouc_wen)["nested reversals"]["rms_percent"] > 2
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("held-out records")
 def test_sums_of_plays():
     """The model class of the plant, with thresholds off the grid: the error is that of the grid."""
     for name, e in table("prandtl_ishlinskii", plants.prandtl_ishlinskii).items():

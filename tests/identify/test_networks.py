@@ -272,13 +272,8 @@ def test_a_gradient_saves_the_jacobian(name):
 
 # ---- sweep ----------------------------------------------------------------------------------------------------------
 OF_SWEEP = {
-    "activation": "tanh",
-    "starts": 1,
-    "iterations": 5,
-    "trainer": "levenberg_marquardt",
-    "decay": None,
-    "extra": 1,
-}
+    "activation": "tanh", "starts": 1, "iterations": 5, "trainer": "levenberg_marquardt", "decay": None, "extra": 1,
+}  # fmt: skip
 X = 5 + 2 * RNG.normal(size=(80, 2))
 Y = 100 + 7 * np.tanh(X[:, 0] - 5) + X[:, 1]
 FITTED, VALIDATION = slice(5, 60), slice(60, 80)

@@ -39,7 +39,8 @@ def noisy(d, seed):
     return d.with_output(d.y + 5e-4 * np.ptp(d.y) * np.random.default_rng(seed).normal(size=len(d.y)))
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("dynamics of a fit")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("f_n", "zeta", "delay"), [pytest.param(230.0, 0.4, 3.35, marks=pytest.mark.stress), (400.0, 0.7, 0.6)]
 )
@@ -70,6 +71,7 @@ def test_without_dynamics_in_the_data_it_is_a_static_model():
     assert m.fit["delay"] < 0.1e-3
 
 
+@pytest.mark.turn("dynamics of a fit")
 def test_the_static_part_has_the_exact_inverse():
     d = plant(chirp, 0.6, 300.0, 0.6, 2.25)
     m = fit(d, "g0_prandtl_ishlinskii", N=20, w0_min=0.1)

@@ -22,6 +22,7 @@ SEEDS = [secrets.randbelow(10**6) for _ in range(3)]
 drawn = pytest.mark.parametrize("seed", SEEDS, ids=range(3))  # workers draw apart: names must not tell the draw
 
 
+@pytest.mark.turn("held-out records")
 @pytest.mark.some(1)
 @drawn
 def test_the_folds_of_a_decaying_sine_tell_the_same(seed):

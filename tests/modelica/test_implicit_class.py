@@ -21,7 +21,7 @@ from hystfmu.modelica.classes import shipped_library
 MODELS = {p.stem for p in (shipped_library() / "HystFMU" / "Inverse" / "Models").glob("*.mo")} - {"package"}
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("loops in Modelica")
 def test_example_follows_and_agrees_with_the_unit() -> None:
     now = simulate.run("HystFMU.Examples.ImplicitInverse").at(2e-3)
     r, u, y = (now[k] for k in ("wanted.r", "inverse.u", "hysteresis.y"))
@@ -98,20 +98,14 @@ def unlike(node: Node, *more: Node) -> Model:
     )
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (
-            lambda: chain(Node("p", "implicit_inverse")),
-            "'p': its input h must be wired to a block that depends on its output u",
-        ),
-        (
-            lambda: unlike(Node("i", "zhao_tan_inverse")),
-            "'i': .* no static form of 'zhao_tan_inverse'",
-        ),
-        (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
-    ],
-)
+@pytest.mark.parametrize(("make", "message"), [
+    (
+        lambda: chain(Node("p", "implicit_inverse")),
+        "'p': its input h must be wired to a block that depends on its output u",
+    ),
+    (lambda: unlike(Node("i", "zhao_tan_inverse")), "'i': .* no static form of 'zhao_tan_inverse'"),
+    (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
+])  # fmt: skip
 def test_what_cannot_be_exported_is_one_line(make: object, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message) as e:
         export_modelica(make(), tmp_path / "lib", "P")  # type: ignore[operator]

@@ -63,15 +63,13 @@ OTHERS = {
         0.001,
     ),
     "Duhem": (
-        DUHEM,
-        [Node("inverse", "scaling", {"n": 1}, {"gain": 1 / 0.9})],
-        [("feedforward.v", "pid.u_ff"), ("reference.r", "pid.y_d")],
-        ("pid.u", "inverse.u", "inverse.y"),
-        0.1,
+        DUHEM, [Node("inverse", "scaling", {"n": 1}, {"gain": 1 / 0.9})],
+        [("feedforward.v", "pid.u_ff"), ("reference.r", "pid.y_d")], ("pid.u", "inverse.u", "inverse.y"), 0.1,
     ),
-}
+}  # fmt: skip
 
 
+@pytest.mark.turn("loops in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("example", OTHERS)
 def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str) -> None:
@@ -105,19 +103,16 @@ def test_example_of_an_operator_agrees_with_a_loop_of_units(example: str) -> Non
 
 # example, scenario, case, time from which its error counts (s)
 FIGURES = [
-    ("SlidingMode", "sliding_mode", "sine_10", 0.1),
-    ("SuperTwisting", "super_twisting", "sine_10", 0.1),
-    ("Pid", "pid", "sine_10", 0.1),
-    ("PidObserver", "pid_observer", "sine_10", 0.1),
-    ("LeadLag", "lead_lag", "sine_10", 0.1),
-    ("IterativeLearning", "iterative_learning", "sine_100", 0.2),
-    ("Cascade", "cascade", "sine_10", 0.1),
-    ("ZhaoTan", "cascade_learned", "zhao_tan_sine_10", 0.1),
+    ("SlidingMode", "sliding_mode", "sine_10", 0.1), ("SuperTwisting", "super_twisting", "sine_10", 0.1),
+    ("Pid", "pid", "sine_10", 0.1), ("PidObserver", "pid_observer", "sine_10", 0.1),
+    ("LeadLag", "lead_lag", "sine_10", 0.1), ("IterativeLearning", "iterative_learning", "sine_100", 0.2),
+    ("Cascade", "cascade", "sine_10", 0.1), ("ZhaoTan", "cascade_learned", "zhao_tan_sine_10", 0.1),
     ("BoucWen", "pid", "other_class_10", 0.1),
-]
+]  # fmt: skip
 QUICK_FIGURES = ("ZhaoTan", "BoucWen")
 
 
+@pytest.mark.turn("loops in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("example", "name", "case", "settled"),

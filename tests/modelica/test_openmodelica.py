@@ -19,10 +19,7 @@ import simulate
 import test_equilibrium
 
 SCRIPTS = library.ROOT / "Resources" / "Scripts" / "OpenModelica"
-needed = [
-    pytest.mark.openmodelica,
-    pytest.mark.skipif(not omc.compiler(), reason=omc.REASON),
-]
+needed = [pytest.mark.openmodelica, pytest.mark.skipif(not omc.compiler(), reason=omc.REASON)]
 
 
 def real(test):  # type: ignore[no-untyped-def]

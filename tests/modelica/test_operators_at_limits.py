@@ -28,6 +28,7 @@ def bursts(rows: int) -> np.ndarray:
     return np.array(found[:rows])
 
 
+@pytest.mark.turn("loops in Modelica")
 def test_full_memory_agrees_with_the_c_core() -> None:
     u = bursts(90)
     parts = [f"HystFMU.Operators.Sampled.ZhaoTan d{d}(depth = {d}, Ts = 0.1);" for d in DEPTHS]
@@ -197,6 +198,7 @@ def test_inverses_with_events_of_nanometres() -> None:
 
 
 # ---- The realisation Events has an event at each reversal of its input and no other
+@pytest.mark.turn("loops in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("kind", ["Events", "Smooth"])
 def test_ten_plays_have_one_event_for_each_reversal(kind: str) -> None:

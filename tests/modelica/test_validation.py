@@ -16,12 +16,9 @@ OPERATORS = [n for n in compare.models() if compare_operator.is_realisation(n, "
 # others of this list take 0.7 s and more each.
 QUICK = ("PlayBank", "BoucWen")
 LONG = (
-    "Sampled.BoucWenKnee",
-    "Sampled.DuhemSteps",
-    "Sampled.ConstraintFactorInverse",
-    "Sampled.ImplicitInverse",
+    "Sampled.BoucWenKnee", "Sampled.DuhemSteps", "Sampled.ConstraintFactorInverse", "Sampled.ImplicitInverse",
     "Sampled.JilesAtherton",
-)
+)  # fmt: skip
 
 
 def is_long(name: str) -> bool:
@@ -32,7 +29,7 @@ def is_long(name: str) -> bool:
 MODELS = [pytest.param(n, marks=pytest.mark.stress) if is_long(n) else n for n in compare.models()]
 
 
-@pytest.mark.some(6)
+@pytest.mark.some(3)
 @pytest.mark.parametrize("name", MODELS)
 def test_model_agrees(name: str) -> None:
     o = compare.compare(name)

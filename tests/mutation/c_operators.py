@@ -1,7 +1,8 @@
 """Mutants of a C file: every place where an operator of the list below applies, token by token.
 
 Texts, comments, directives and `static_assert` stay.  A token has no type: `double *x` also gives `double /x`, which
-no compiler takes; such mutants are invalid and do not count.
+no compiler takes; such mutants are invalid and do not count.  The sizes of local texts and of allocations stay: a
+program does not observe that they are larger.
 """
 
 import re
@@ -20,26 +21,10 @@ TOKEN = re.compile(
     re.VERBOSE | re.DOTALL | re.MULTILINE,
 )
 BINARY = {
-    "<": ["<=", ">="],
-    "<=": ["<", ">"],
-    ">": [">=", "<="],
-    ">=": [">", "<"],
-    "==": ["!="],
-    "!=": ["=="],
-    "&&": ["||"],
-    "||": ["&&"],
-    "+": ["-"],
-    "-": ["+"],
-    "*": ["/"],
-    "/": ["*"],
-    "%": ["*"],
-    "+=": ["="],
-    "-=": ["="],
-    "*=": ["="],
-    "/=": ["="],
-    "|=": ["="],
-    "&=": ["="],
-}
+    "<": ["<=", ">="], "<=": ["<", ">"], ">": [">=", "<="], ">=": [">", "<"], "==": ["!="], "!=": ["=="], "&&": ["||"],
+    "||": ["&&"], "+": ["-"], "-": ["+"], "*": ["/"], "/": ["*"], "%": ["*"], "+=": ["="], "-=": ["="], "*=": ["="],
+    "/=": ["="], "|=": ["="], "&=": ["="],
+}  # fmt: skip
 KINDS = {"<": "comparison", ">": "comparison", "=": "comparison", "!": "comparison", "&": "logic", "|": "logic"}
 NOT_OPERANDS = {"return", "case", "else", "in"}
 LEAVE = {"static_assert", "_Static_assert", "typedef", "sizeof"}
@@ -65,6 +50,7 @@ def mutants(file: str, text: str) -> list[Mutant]:
     """Return all mutants of a file, in the order of their places."""
     found: list[Mutant] = []
     all_ = list(tokens(text))
+    sizes = _sizes(all_)
 
     def add(start: int, end: int, new: str, kind: str) -> None:
         found.append(Mutant(file, start, end, new, kind))
@@ -82,7 +68,7 @@ def mutants(file: str, text: str) -> list[Mutant]:
             add(t.start, t.end, "", "sign")
         elif t.text in ("++", "--"):
             add(t.start, t.end, "--" if t.text == "++" else "++", "arithmetic")
-        elif t.kind == "number" and before.text not in LEAVE and not t.text.lower().startswith("0x"):
+        elif t.kind == "number" and i not in sizes and before.text not in LEAVE and not t.text.lower().startswith("0x"):
             add(t.start, t.end, _next(t.text), "constant")
         elif t.text in ("break", "continue") and after.text == ";":
             add(t.start, t.end, "continue" if t.text == "break" else "break", "loop")
@@ -101,6 +87,27 @@ def _next(number: str) -> str:
     digits = number.rstrip("uUlLfF")
     new = repr(float(digits) + 1) if re.search(r"[.eE]", digits) else str(int(digits) + 1)
     return new + number[len(digits) :]
+
+
+def _sizes(all_: list[Token]) -> set[int]:
+    """Return the places of numbers that state the size of a local text without a value, or of an allocation."""
+    found: set[int] = set()
+    code = [False]  # whether a pair of braces holds statements, from the outermost to the present one
+    for i, t in enumerate(all_):
+        before = all_[i - 1].text if i else ";"
+        if t.text == "{":
+            code.append(before in (")", "else", "do", ":") or (code[-1] and before in ";{}"))
+        elif t.text == "}":
+            code = code[:-1] or [False]
+        elif t.text == "char" and code[-1] and before in ";{}":
+            end = _end(all_, i)
+            row = [k for k in range(i, len(all_)) if all_[k].start < end]
+            if all(all_[k].text != "=" for k in row):
+                found |= {k for k in row if (all_[k - 1].text, all_[k + 1].text) == ("[", "]")}
+        elif t.text in ("malloc", "calloc"):
+            end = _close(all_, i + 1)
+            found |= {k for k in range(i, len(all_)) if all_[k].end <= end and all_[k - 1].text in "(,+*?:"}
+    return found
 
 
 def _close(all_: list[Token], opening: int) -> int:

@@ -15,15 +15,8 @@ import numpy as np
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 # the first line of a function; its last one is a brace at the margin
 FLAGS = [
-    "-std=gnu99",
-    "-O1",
-    "-g1",
-    "-fPIC",
-    "-shared",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    "-finstrument-functions",
-]
+    "-std=gnu99", "-O1", "-g1", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno", "-finstrument-functions",
+]  # fmt: skip
 SOURCES = {
     "_core": ["core", "fitting", "master"],
     "_fmu": ["core", "fmi"],

@@ -10,28 +10,13 @@ from types import CodeType
 from mutation.mutant import Mutant
 
 COMPARE = {
-    ast.Lt: ["<=", ">="],
-    ast.LtE: ["<", ">"],
-    ast.Gt: [">=", "<="],
-    ast.GtE: [">", "<"],
-    ast.Eq: ["!="],
-    ast.NotEq: ["=="],
-    ast.Is: ["is not"],
-    ast.IsNot: ["is"],
-    ast.In: ["not in"],
-    ast.NotIn: ["in"],
-}
+    ast.Lt: ["<=", ">="], ast.LtE: ["<", ">"], ast.Gt: [">=", "<="], ast.GtE: [">", "<"], ast.Eq: ["!="],
+    ast.NotEq: ["=="], ast.Is: ["is not"], ast.IsNot: ["is"], ast.In: ["not in"], ast.NotIn: ["in"],
+}  # fmt: skip
 BINARY = {
-    ast.Add: "-",
-    ast.Sub: "+",
-    ast.Mult: "/",
-    ast.Div: "*",
-    ast.FloorDiv: "*",
-    ast.Mod: "*",
-    ast.Pow: "*",
-    ast.BitAnd: "|",
-    ast.BitOr: "&",
-}
+    ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*", ast.Pow: "*",
+    ast.BitAnd: "|", ast.BitOr: "&",
+}  # fmt: skip
 NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 
 

@@ -43,12 +43,9 @@ def _butterfly(rng):
 
 
 FAMILIES = {
-    "plays": _sum_of_plays,
-    "bent plays": _bent,
-    "Bouc-Wen": _bouc_wen,
-    "stop-like": _stop_like,
+    "plays": _sum_of_plays, "bent plays": _bent, "Bouc-Wen": _bouc_wen, "stop-like": _stop_like,
     "butterfly": _butterfly,
-}
+}  # fmt: skip
 
 
 def draw(family, seed):

@@ -11,7 +11,7 @@ import numpy as np
 import papers_table
 import pytest
 import reasons
-from click.testing import CliRunner
+from invoked import invoked
 
 from hystfmu.base.errors import InputError
 from hystfmu.cli import main
@@ -78,6 +78,7 @@ def test_networks_have_five_seeds_and_a_range(paper):
             assert low is None or low <= row[name] <= high, row["quantity"]
 
 
+@pytest.mark.turn("figures of papers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("paper", COMPLETE)
 def test_quick_rows_are_those_that_were_recorded(paper):
@@ -119,16 +120,14 @@ def test_every_command_exists(command):
 @pytest.mark.parametrize("command", [c for c in COMMANDS if not c.startswith("hystfmu reproduce")])
 def test_every_experiment_exits_with_0(command, monkeypatch):
     monkeypatch.chdir(ROOT)
-    done = CliRunner().invoke(main, shlex.split(command)[1:])
-    assert done.exit_code == 0, done.output
+    invoked(shlex.split(command)[1:])
 
 
 @pytest.mark.stress
 @pytest.mark.parametrize("paper", COMPLETE)
 def test_a_paper_reproduces_what_was_recorded(paper, tmp_path):
     """Another machine rounds otherwise, so a trained network may end a little elsewhere; times are not compared."""
-    done = CliRunner().invoke(main, ["reproduce", paper, "--json", "--report", str(tmp_path)])
-    assert done.exit_code == 0, done.output
+    done = invoked(["reproduce", paper, "--json", "--report", str(tmp_path)])
     assert list(tmp_path.glob("*.html"))
     (table,) = json.loads(done.stdout)
     rows = [papers_table.row_of(r) for r in table["rows"] if r["group"] == "paper"]

@@ -181,17 +181,14 @@ def test_printed_recursion_fails_where_the_corrected_one_holds():
     assert np.isnan(quiet.theta).all(), "without any error"
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"n": 0}, "'n' parameter of recursive least squares must be"),
-        ({"n": 2, "eta": 0.0}, "'eta' parameter of recursive least squares must be in"),
-        ({"n": 2, "mu": 1.5}, "'mu' parameter of recursive least squares must be in"),
-        ({"n": 2, "dead_zone": -1.0}, "'dead_zone' parameter of recursive least squares must be in"),
-        ({"n": 2, "fraction": 2.0}, "'fraction' parameter of recursive least squares must be in"),
-        ({"n": 2, "theta": np.zeros(3)}, "'theta' array must have shape"),
-    ],
-)
+@pytest.mark.parametrize(("given", "words"), [
+    ({"n": 0}, "'n' parameter of recursive least squares must be"),
+    ({"n": 2, "eta": 0.0}, "'eta' parameter of recursive least squares must be in"),
+    ({"n": 2, "mu": 1.5}, "'mu' parameter of recursive least squares must be in"),
+    ({"n": 2, "dead_zone": -1.0}, "'dead_zone' parameter of recursive least squares must be in"),
+    ({"n": 2, "fraction": 2.0}, "'fraction' parameter of recursive least squares must be in"),
+    ({"n": 2, "theta": np.zeros(3)}, "'theta' array must have shape"),
+])  # fmt: skip
 def test_wrong_settings_are_refused(given, words):
     with pytest.raises(InputError, match=words):
         Recursive(**given)
@@ -216,6 +213,7 @@ def by_hand(model, u):
     return np.array(out)
 
 
+@pytest.mark.turn("figures of papers")
 @pytest.mark.some(2)
 @pytest.mark.parametrize("lags", [(3, 2, 0, 1, 2), (2, 0, 0, 1, 3), (2, 2, 2, 1, 1), (3, 3, 0, 0, 2), (1, 1, 1, 0, 2)])
 def test_free_run_against_a_plain_loop(data, lags, tmp_path):
@@ -228,6 +226,7 @@ def test_free_run_against_a_plain_loop(data, lags, tmp_path):
     assert m.fit["parameters"] == count(n_u + n_f + n_y, q)
 
 
+@pytest.mark.turn("figures of papers")
 def test_f_makes_the_error_five_times_smaller(data):
     """S8 on a small scale; the whole table is below."""
     with_f = fit(data, "polynomial_narx", n_u=4, n_f=4)

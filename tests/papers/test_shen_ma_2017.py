@@ -90,6 +90,7 @@ def test_the_increasing_branch_is_the_constrained_optimum(path):
     assert (E @ b.a >= least * (1 - 1e-6)).all()
 
 
+@pytest.mark.turn("figures of papers")
 def test_a_negative_actuator_is_followed_by_the_negative_operator():
     u = signals.training(40, 3)[::2]
     y = plants.asymmetric(u)
@@ -137,6 +138,7 @@ def test_half_of_the_printed_thresholds_are_dead():
 
 
 # ---- models --------------------------------------------------------------------------------------------------------
+@pytest.mark.turn("figures of papers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("plant", [plants.prandtl_ishlinskii, plants.asymmetric])
 def test_constraint_factor_and_network_on_held_out_signals(plant):

@@ -29,7 +29,7 @@ def test_trainer_is_an_option_of_the_network_methods():
 
 
 # ---- inverse operators ---------------------------------------------------------------------------------------------
-@pytest.mark.some(0.5)
+@pytest.mark.turn("figures of papers")
 def test_network_with_the_exact_inverse_operator_inverts_better():
     plant = zhao_tan_2008.actuator(3.0)
     record = zhao_tan_2008.experiment(plant)
@@ -80,19 +80,16 @@ def networks():
         "deep, mixed, two outputs": (
             3,
             nn.Sequential(
-                nn.Linear(3, 20),
-                nn.Tanh(),
-                nn.Sequential(nn.Linear(20, 15, bias=False), nn.ReLU(), nn.Identity()),
-                nn.Linear(15, 9),
-                nn.Sigmoid(),
-                nn.Linear(9, 2),
+                nn.Linear(3, 20), nn.Tanh(), nn.Sequential(nn.Linear(20, 15, bias=False), nn.ReLU(), nn.Identity()),
+                nn.Linear(15, 9), nn.Sigmoid(), nn.Linear(9, 2),
             ),
         ),
         "activations at both ends": (4, nn.Sequential(nn.Tanh(), nn.Linear(4, 6), nn.Linear(6, 3), nn.ReLU())),
         "one Linear": (5, nn.Linear(5, 3)),
-    }
+    }  # fmt: skip
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     "name", ["2-12-1 sigmoid", "deep, mixed, two outputs", "activations at both ends", "one Linear"]
 )

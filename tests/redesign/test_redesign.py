@@ -24,6 +24,7 @@ def designed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     return folder, command("design", "repetitive", folder / "loop", "-o", folder / "learning", "--json")
 
 
+@pytest.mark.turn("a redesigned loop")
 def test_the_written_scenario_runs_and_keeps_its_margins(designed: tuple[Path, Result]) -> None:
     folder, made = designed
     told = json.loads(made.stdout)
@@ -84,6 +85,7 @@ def test_a_device_with_its_mode_20_percent_off_stays_stable(designed: tuple[Path
     assert errors[200] < 0.5 * without
 
 
+@pytest.mark.turn("a redesigned loop")
 def test_what_cannot_be_stable_is_refused_with_what_is_reachable(designed: tuple[Path, Result]) -> None:
     folder, _ = designed
     asked = ["design", "repetitive", folder / "loop", "-o", folder / "fast"]
@@ -95,16 +97,10 @@ def test_what_cannot_be_stable_is_refused_with_what_is_reachable(designed: tuple
     assert command(*asked, "--cutoff", reachable).exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("words", "rule"),
-    [
-        (["--frequency", 103], "whole number of steps"),
-        (["--frequency", 100, "--period", 0.01], "Got both"),
-        (["--gain", 1.5], "gain"),
-        (["--cutoff", 6000], "cutoff"),
-        (["--period", "nan"], "period"),
-    ],
-)
+@pytest.mark.parametrize(("words", "rule"), [
+    (["--frequency", 103], "whole number of steps"), (["--frequency", 100, "--period", 0.01], "Got both"),
+    (["--gain", 1.5], "gain"), (["--cutoff", 6000], "cutoff"), (["--period", "nan"], "period"),
+])  # fmt: skip
 def test_bad_words_are_refused_in_one_line(designed: tuple[Path, Result], words: list[object], rule: str) -> None:
     folder, _ = designed
     refused = command("design", "repetitive", folder / "loop", "-o", folder / "none", *words)
@@ -147,7 +143,7 @@ def of_pid(*cases: str) -> hy.Scenario:
     return pid.changed(table)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a redesigned loop")
 def test_nothing_winds_up_while_a_command_is_limited() -> None:
     """The shipped case holds the command at 0.95 of its range: a reference that no command reaches is not learnt."""
     found = hy.redesign.repetitive(of_pid("sine_10", "saturation_10", "up_400_10"), gain=0.2)
@@ -204,6 +200,7 @@ def test_there_is_a_command_for_every_structure() -> None:
     assert {k: s.text for k, s in structures.STRUCTURES.items()} == named()
 
 
+@pytest.mark.turn("a redesigned loop")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_written_scenario_has_the_controller_alone_and_stays_stable_with_the_mode_off(
@@ -214,11 +211,8 @@ def test_the_written_scenario_has_the_controller_alone_and_stays_stable_with_the
     assert set(table["units"]) == {"device", "gauge", "wanted", name, "undo", "computing"}
     ends = {k: v for k, v in table["connections"].items() if name in (k.split(".")[0], v.split(".")[0])}
     assert ends == {
-        f"{name}.y_d": "wanted.r",
-        f"{name}.u_ff": "wanted.r",
-        f"{name}.y": "gauge.y",
-        "undo.v": f"{name}.u",
-    }
+        f"{name}.y_d": "wanted.r", f"{name}.u_ff": "wanted.r", f"{name}.y": "gauge.y", "undo.v": f"{name}.u",
+    }  # fmt: skip
     assert [c["name"] for c in table["case"]] == ["scan", "slow"]
     assert told["Ms_db"] <= 6
     assert told["margins"]["stable"]
@@ -242,6 +236,7 @@ def assert_stable(folder: Path, f: float) -> None:
     assert errors[1] <= 1.02 * errors[0] + 1e-9
 
 
+@pytest.mark.turn("a redesigned loop")
 def test_a_structure_that_knows_the_mode_is_faster_than_the_integral(told_of: Callable[[str], dict[str, Any]]) -> None:
     assert told_of("irc")["bandwidth_hz"] > 2 * told_of("integral")["bandwidth_hz"]
 
@@ -316,7 +311,8 @@ def test_a_notch_needs_a_mode_and_a_name_is_one_of_the_structures(folder: Path) 
         hy.redesign.controller(folder / "loop", "magic")
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a redesigned loop")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["integral", pytest.param("irc", marks=pytest.mark.stress)])
 def test_a_controller_of_a_shipped_scenario_keeps_the_limits_of_its_command(name: str, tmp_path: Path) -> None:
     of_pid("sine_10", "saturation_10", "up_400_10").save(tmp_path / "pid")

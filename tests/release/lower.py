@@ -17,15 +17,10 @@ ROOT = Path(__file__).parents[2]
 EXTRAS = ("control", "files", "notebook", "study")
 TOOLS = ("pytest", "hypothesis")
 USED = (
-    "tests/face/test_face.py",
-    "tests/face/test_face_program.py",
-    "tests/face/test_notebook.py",
-    "tests/data/test_data.py",
-    "tests/data/test_lab_files.py",
-    "tests/data/test_reader.py",
-    "tests/start/test_start.py",
+    "tests/face/test_face.py", "tests/face/test_face_program.py", "tests/face/test_notebook.py",
+    "tests/data/test_data.py", "tests/data/test_lab_files.py", "tests/data/test_reader.py", "tests/start/test_start.py",
     "tests/study/test_study.py",
-)
+)  # fmt: skip
 _BOUND = re.compile(r"([\w.-]+)(?:\[[\w,]+\])?>=([\w.]+)")
 
 

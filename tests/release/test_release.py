@@ -167,17 +167,9 @@ def test_a_core_meets_the_vectors_with_the_bits_of_this_machine(
     program = tmp_path / "host.exe"
     flags = ["-std=c99", "-O1", *([] if "windows" in name else ["-ldl"])]
     run(
-        sys.executable,
-        "-m",
-        "ziglang",
-        "cc",
-        "-target",
-        target,
-        ROOT / "tests/release/core_host.c",
-        *flags,
-        "-o",
+        sys.executable, "-m", "ziglang", "cc", "-target", target, ROOT / "tests/release/core_host.c", *flags, "-o",
         program,
-    )
+    )  # fmt: skip
     written = b""
     for _, graph, case, u in cases():
         file = graph.to_bytes()

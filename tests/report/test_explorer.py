@@ -57,6 +57,7 @@ def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
     return [v.hex() for v in a.tolist()] == [v.hex() for v in b.tolist()]
 
 
+@pytest.mark.turn("pages in a browser", name="explorer")
 def test_a_drag_draws_the_values_of_predict_and_a_moved_parameter_gives_them_anew(
     browser: Browser, file: Path, models: Models
 ) -> None:
@@ -86,6 +87,7 @@ def test_a_drag_draws_the_values_of_predict_and_a_moved_parameter_gives_them_ane
     assert same_bits(back[model.key], found[model.key])
 
 
+@pytest.mark.turn("pages in a browser", name="explorer")
 def test_the_inverse_in_front(browser: Browser, file: Path, models: Models) -> None:
     model = models["prandtl_ishlinskii"]
     with opened(browser, file) as p:

@@ -65,6 +65,7 @@ def drawn_at(p: Page, width: int) -> list[Any]:
     return list({str(w): w for w in written}.values())
 
 
+@pytest.mark.turn("pages in a browser")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("kind", [pytest.param("demonstration", marks=pytest.mark.stress), "run", "fmu"])
 def test_labels_of_the_explorer_lie_apart(browser: Browser, made: Callable[[str], Path], kind: str) -> None:
@@ -164,13 +165,10 @@ def test_the_floor_is_that_of_percents() -> None:
 COMMON = (Path(report.__file__).parent / "script" / "common.js").read_text()
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"), (0.1 + 0.2, "0.3"), (-0.005, "-0.005"), (115000.0, "115000"), (120000.0, "1.2e5"), (1e6, "1e6"),
-        (2e-8, "2e-8"), (-5e299, "-5e299"), (100000.0005, "100000.0005"), (5e-301, "5e-301"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("value", "text"), [
+    (0.0, "0"), (0.1 + 0.2, "0.3"), (-0.005, "-0.005"), (115000.0, "115000"), (120000.0, "1.2e5"), (1e6, "1e6"),
+    (2e-8, "2e-8"), (-5e299, "-5e299"), (100000.0005, "100000.0005"), (5e-301, "5e-301"),
+])  # fmt: skip
 def test_a_number_beside_an_axis(value: float, text: str) -> None:
     assert tick(value) == text
 

@@ -127,6 +127,7 @@ def test_tables_sort_by_numbers_and_filter(browser: Browser, file: Path) -> None
         assert p.locator(".filter output").text_content() == "3 of 12 rows"
 
 
+@pytest.mark.turn("pages in a browser")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("width", [1100, 800, 400])
 def test_numbers_and_names_beside_a_plot_leave_each_other_room(browser: Browser, tmp_path: Path, width: int) -> None:

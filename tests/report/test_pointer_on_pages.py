@@ -39,7 +39,7 @@ def over(p: Page, plot: Locator, x: float, y: float = 0.5) -> None:
     p.mouse.move(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("pages in a browser")
 def test_the_matrix_sorts_by_a_scenario_and_says_what_the_data_say(browser: Browser, run: Path) -> None:
     told = json.loads((run.parent / "report.json").read_text())["results"]
     of_pid = {r["case"]: r["metrics"][0]["value"] for r in told if r["scenario"] == "pid"}
@@ -107,7 +107,7 @@ def draws(study: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return step, b, (one <= 3.0) & (half <= 2.5) & (step <= 3.5)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("pages in a browser")
 def test_a_range_of_an_axis_chooses_draws(browser: Browser, study: Path) -> None:
     step, _, good = draws(study)
     with opened(browser, study) as p:
@@ -150,7 +150,7 @@ def test_a_dot_of_a_scatter_names_its_draw(browser: Browser, study: Path) -> Non
         assert min(np.hypot(x - found[0], last - found[1])) < 0.02
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("pages in a browser")
 def test_two_runs_are_read_at_once(browser: Browser, made: Callable[[str], Path]) -> None:
     with opened(browser, made("compare")) as p:
         over(p, p.locator(".hero svg").first, 0.3)

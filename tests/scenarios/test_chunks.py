@@ -25,15 +25,9 @@ from hystfmu.scenario.ssp.write import REFERENCE, write_ssp
 from hystfmu.scenario.system.spec import MetricSpec
 
 KINDS = (
-    "rms_percent",
-    "max_percent",
-    "between_samples_percent",
-    "variation_ratio",
-    "loop_area_percent",
-    "rms",
-    "peak",
+    "rms_percent", "max_percent", "between_samples_percent", "variation_ratio", "loop_area_percent", "rms", "peak",
     "final",
-)
+)  # fmt: skip
 Divide = Callable[[int], None]
 
 
@@ -52,10 +46,7 @@ def rich(loop: dict[str, Any]) -> dict[str, Any]:
     """Several rates, lines between samples, events between steps, final states, all metrics."""
     loop |= {"ripple": 5, "final_states": True, "order": ["plant", "reference", "slow", "pid"]}
     loop["units"]["plant"] |= {"fine": True, "substeps": 2}
-    loop["units"]["reference"] |= {
-        "values": {"shape": "triangle", "amplitude": 1.0, "frequency": 53.0},
-        "fine": True,
-    }
+    loop["units"]["reference"] |= {"values": {"shape": "triangle", "amplitude": 1.0, "frequency": 53.0}, "fine": True}
     loop["units"]["slow"] = {"block": "sum", "dims": {"n": 1}, "values": {"k": [0.1]}, "every": 3, "hold": "first"}
     loop["units"]["pid"]["inputs"] = {}
     loop["connections"] |= {"slow.u": "reference.r", "pid.u_ff": "slow.y"}
@@ -145,7 +136,7 @@ def test_a_picture_of_a_long_run_shows_its_extremes(
     assert (error.min(), error.max()) == (all_errors.min(), all_errors.max())
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_an_ssp_is_written_as_it_runs(loop: Any, write: Any, tmp_path: Path, divide: Divide) -> None:
     archive, out = tmp_path / "loop.ssp", tmp_path / "loop.csv"
     write_ssp(Cases(write(loop)).cases[0], archive, separate=True)

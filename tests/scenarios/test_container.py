@@ -14,6 +14,7 @@ import fmpy
 import numpy as np
 import pytest
 import tomli_w
+from bad_fmu import LOOP, bad_fmu
 from click.testing import CliRunner
 from drawn_unit import LETTERS, Variable, bounds, drawn_fmu
 from engines import boxed, ready
@@ -21,6 +22,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmu_slave import Slave
 from heap import leaves_nothing
+from invoked import invoked
 
 from hystfmu.cli import main
 from hystfmu.fmu.write.export import export_fmu
@@ -52,8 +54,7 @@ def foreign(loop: Any, write: Any) -> Any:
 
 
 def written(folder: Path, out: Path) -> None:
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(out)])
-    assert result.exit_code == 0, result.output
+    invoked(["ssp", str(folder), "-o", str(out)])
 
 
 def unpacked(folder: Path, tmp_path: Path) -> tuple[Path, Path]:
@@ -77,7 +78,7 @@ def test_the_container_has_the_bits_of_the_run(foreign: Any, tmp_path: Path, fmi
     assert np.ptp(ours["plant.y"]) > 0.1
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("containers")
 def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path: Path) -> None:
     loop["units"]["plant"]["fine"] = True
     folder = foreign(ripple=4)
@@ -88,6 +89,7 @@ def test_fine_units_and_several_steps_at_once(foreign: Any, loop: Any, tmp_path:
     assert got.tobytes() == ours.tobytes()
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_reference_fmu_in_a_container(loop: Any, write: Any, measured: Path, tmp_path: Path, version: int) -> None:
@@ -140,6 +142,7 @@ def typed(write: Any, fmi: int = 2, **changes: Any) -> Path:
     return folder
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_texts_whole_numbers_and_booleans(write: Any, tmp_path: Path, fmi: int) -> None:
@@ -164,8 +167,7 @@ def test_a_number_that_does_not_fit_names_its_input(write: Any, tmp_path: Path) 
     line = tried(unpacked(folder, tmp_path)[0], 5)[0]
     assert re.fullmatch(r"unit 'x' refuses the step from t = 0\.\d+ s: n: -?\S+ does not fit the type Integer", line)
     data["units"]["x"]["inputs"]["on"], data["units"]["x"]["set"]["whole"] = 1.0, 2**31
-    result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "other.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(write(data)), "-o", str(tmp_path / "other.fmu")], status=2)
     assert "units.x: whole: 2.14748e+09 does not fit the type Integer" in result.output
 
 
@@ -176,8 +178,7 @@ def test_outputs_of_one_name_are_refused(write: Any, tmp_path: Path) -> None:
     drawn_fmu(folder / "x.fmu", 2, variables)
     data["units"]["x_k"], data["order"] = data["units"]["x"], ["reference", "x", "x_k"]
     data["connections"]["x_k.n"] = "reference.r"
-    result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "box.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(write(data)), "-o", str(tmp_path / "box.fmu")], status=2)
     assert "x.k_k and x_k.k: both outputs would have the name x_k_k in a container" in result.output
 
 
@@ -190,8 +191,7 @@ def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Pat
     written(folder, tmp_path / "box.fmu")
     data["coupling"]["events"] = "located"
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "other.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(folder), "-o", str(tmp_path / "other.fmu")], status=2)
     assert "coupling.events must be 'grid': a container locates no events between steps" in result.output
 
 
@@ -215,13 +215,13 @@ def called(slave: FMU2Slave, name: str, *arguments: Any) -> int:
     return int(call(C.c_void_p(slave.component), *(C.c_double(a) if isinstance(a, float) else a for a in arguments)))
 
 
-def tried(folder: Path, n: int = 1) -> list[str]:
-    """What an instance logs when it is made and makes n steps; nothing if all goes well."""
+def tried(folder: Path, n: int = 1, h: float = 0.0) -> list[str]:
+    """What an instance logs when it is made and makes n steps, of h if it is given; nothing if all goes well."""
     said: list[str] = []
     slave = made(folder, said)
     if slave.component is None:
         return said
-    h = float(fmpy.read_model_description(str(folder), validate=False).defaultExperiment.stepSize)
+    h = h or float(fmpy.read_model_description(str(folder), validate=False).defaultExperiment.stepSize)
     with contextlib.suppress(FMICallException):
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
@@ -258,8 +258,7 @@ def test_a_damaged_system_file_never_crashes(foreign: Any, tmp_path: Path) -> No
 
 def test_what_a_container_cannot_step_is_refused(foreign: Any, loop: Any, tmp_path: Path) -> None:
     folder = foreign(coupling="iterative")
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(folder), "-o", str(tmp_path / "box.fmu")], status=2)
     assert "the coupling of a container must not be iterative" in result.output
     result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", "3", "-o", str(tmp_path / "box.fmu")])
     assert "a loop with foreign FMUs needs FMI 2.0" in result.output
@@ -362,6 +361,7 @@ def test_a_type_of_another_version_is_damage(write: Any, tmp_path: Path) -> None
         assert said.startswith("resources/system.txt is damaged near its byte "), letter
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_halves_go_to_the_even_number(write: Any, tmp_path: Path, fmi: int) -> None:
@@ -384,6 +384,7 @@ NUMBERS = {  # type of FMI 3.0 -> a value that it holds and its start value, the
 }
 
 
+@pytest.mark.turn("containers")
 def test_every_type_of_fmi_3_has_the_bits_of_the_run(write: Any, tmp_path: Path) -> None:
     """Parameters, connected inputs and outputs; unsigned types read the square of the signal."""
     variables, given, ends = [], {}, {}
@@ -437,7 +438,18 @@ def test_a_unit_that_ends_the_simulation_is_named(write: Any, tmp_path: Path, fm
     folder = typed(write, fmi)
     words = {"Integer": "Int32"} if fmi == 3 else {}
     drawn_fmu(folder / "x.fmu", fmi, [replace(v, type=words.get(v.type, v.type)) for v in VARIABLES], last=2)
-    assert tried(unpacked(folder, tmp_path)[0], 3) == [f"unit 'x' refuses the step from t = 0.001 s{why}"]
+    box, line = unpacked(folder, tmp_path)[0], f"unit 'x' refuses the step from t = 0.001 s{why}"
+    assert tried(box, 3) == tried(box, h=1e6) == [line]  # 1e9 steps are the most
+
+
+@pytest.mark.parametrize(
+    ("defect", "start", "t"), [("", "1e400", "0"), ("{ y = 1e400; return fmi2OK; }", "0.0", "0.006")]
+)
+def test_values_that_are_not_finite_end_a_run(tmp_path: Path, defect: str, start: str, t: str) -> None:
+    (tmp_path / "scenario.toml").write_text(tomli_w.dumps(LOOP))
+    extra = f"__attribute__((constructor)) static void start(void) {{ y = {start}; }}"
+    bad_fmu(tmp_path / "bad.fmu", defect, -1.0, extra)
+    assert tried(unpacked(tmp_path, tmp_path)[0], 8) == [f"values that are not finite at t = {t} s"]
 
 
 def test_outputs_are_known_in_initialization_mode(write: Any, tmp_path: Path) -> None:
@@ -542,6 +554,7 @@ def test_a_container_that_cannot_be_made_or_reset(write: Any, tmp_path: Path) ->
     slave.freeInstance()
 
 
+@pytest.mark.turn("containers")
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_an_instance_leaves_no_memory_and_no_library_behind(write: Any, tmp_path: Path, fmi: int) -> None:
     said: list[str] = []

@@ -75,16 +75,11 @@ class Draw:
         ends = [(end, kind) for end, kind in ends if kind != "String"]
         record = [end for end, _ in ends]
         return {
-            "name": "drawn",
-            "step": H,
-            "stop": STEPS * H,
-            "order": list(units),
-            "units": units,
-            "connections": {to: of for to, of in connections.items() if of in record},
-            "record": record,
+            "name": "drawn", "step": H, "stop": STEPS * H, "order": list(units), "units": units,
+            "connections": {to: of for to, of in connections.items() if of in record}, "record": record,
             "metrics": {"p": {"kind": "final", "signal": record[-1]}},
             "coupling": {"scheme": rng.choice(("gauss_seidel", "jacobi"))},
-        }
+        }  # fmt: skip
 
 
 def written(folder: Path, out: Path) -> str:
@@ -175,6 +170,7 @@ def one_attempt(folder: Path, data: dict[str, Any], out: Path) -> str:
     return ""
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.stress) for k in range(1, 50))])
 def test_drawn_units(write: Any, tmp_path: Path, seed: int) -> None:
     """Six units in a scenario: 300 in all."""
@@ -187,14 +183,10 @@ def test_a_unit_that_ends_the_simulation(write: Any, tmp_path: Path, fmi: int, k
     """Called directly or by types, in an engine or a container: it is not stepped on."""
     folder = write(
         {
-            "name": "ended",
-            "step": H,
-            "stop": 5 * H,
-            "order": ["x0"],
-            "units": {"x0": {"fmu": "x0.fmu"}},
+            "name": "ended", "step": H, "stop": 5 * H, "order": ["x0"], "units": {"x0": {"fmu": "x0.fmu"}},
             "metrics": {"p": {"kind": "final", "signal": "x0.y0"}},
         }
-    )
+    )  # fmt: skip
     drawn_fmu(folder / "x0.fmu", fmi, [Variable("y0", kind, "output", (value(random.Random(1), kind),))], 3)
     system = ready(folder)
     for engine in ENGINES:

@@ -30,12 +30,9 @@ def multirate(loop: dict[str, Any]) -> dict[str, Any]:
     loop["units"]["slow"] = {"block": "sum", "dims": {"n": 1}, "values": {"k": [0.1]}, "every": 3}
     loop["units"]["pid"]["inputs"] = {}
     loop["connections"] |= {
-        "sensor.u_1": "plant.y",
-        "sensor.u_2": "noise.w",
-        "pid.y": "sensor.y",
-        "slow.u": "reference.r",
+        "sensor.u_1": "plant.y", "sensor.u_2": "noise.w", "pid.y": "sensor.y", "slow.u": "reference.r",
         "pid.u_ff": "slow.y",
-    }
+    }  # fmt: skip
     return loop
 
 

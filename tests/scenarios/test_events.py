@@ -256,6 +256,7 @@ def test_a_source_that_is_slow_by_its_own_choice_says_so(write: Any) -> None:
     assert hy.run([write(data)], engine="native")[0].notes == ()
 
 
+@pytest.mark.turn("foreign units")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("any_step", [False, True])
 @pytest.mark.parametrize("fmi", [2, 3])

@@ -177,7 +177,8 @@ def test_samples_answer_in_steps_and_not_in_derivatives(write: Any) -> None:
     assert run(write, data).sweeps.most == 2
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("foreign units")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("fmi", "offers"),
     [(2, False), *(pytest.param(*c, marks=pytest.mark.stress) for c in ((3, False), (2, True), (3, True)))],

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from engines import ready
+from invoked import invoked
 from lxml import etree
 
 from hystfmu.base.arrays import Array
@@ -53,7 +54,7 @@ def traced(path: Path, step: float | None = None) -> Trace:
     return simulate(build(read_ssp(path, step).case), "native")
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: Any, write: Any, tmp_path: Path) -> None:
     case = Cases(write(loop)).cases[0]
     written = write_ssp(case, tmp_path / "loop.ssp")
@@ -67,7 +68,7 @@ def test_neighbours_in_one_component_keep_the_trajectory_of_the_scenario(loop: A
     assert np.abs(traced(written.path)["loop.plant_y"] - own).max() < 1e-12
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_separate_components_state_what_their_coupling_costs(
     archive: Path, loop: Any, write: Any, tmp_path: Path
 ) -> None:
@@ -150,7 +151,7 @@ def test_connectors_have_units_of_measure(loop: Any, write: Any, tmp_path: Path)
     assert base["V"] == {"kg": "1", "m": "2", "s": "-3", "A": "-1"}
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("systems of an SSP")
 def test_another_reference_is_noticed(archive: Path, tmp_path: Path) -> None:
     changed = tmp_path / "changed.ssp"
     with zipfile.ZipFile(archive) as old, zipfile.ZipFile(changed, "w") as new:
@@ -158,8 +159,7 @@ def test_another_reference_is_noticed(archive: Path, tmp_path: Path) -> None:
             content = old.read(name)
             new.writestr(name, content.replace(b"\n0.02,", b"\n0.02,1") if name == REFERENCE else content)
     assert [x for x in run_ssp(changed, "native").faults if "differs from" in x]
-    result = CliRunner().invoke(main, ["simulate", str(changed), "--engine", "native"])
-    assert result.exit_code == 1
+    result = invoked(["simulate", str(changed), "--engine", "native"], status=1)
     assert "reference.r" in result.output
 
 
@@ -205,7 +205,7 @@ def test_a_container_fmu_of_the_archive_has_the_same_bits(archive: Path, tmp_pat
     assert np.array_equal(result[y], ours)
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("connectors", [False, True])
 @pytest.mark.parametrize("separate", [False, True])
 def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, connectors: bool, separate: bool) -> None:
@@ -224,6 +224,7 @@ def test_the_files_follow_the_schema(loop: Any, write: Any, tmp_path: Path, conn
     assert run_ssp(path, "native").passed
 
 
+@pytest.mark.turn("systems of an SSP")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
@@ -232,16 +233,13 @@ def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     assert run_ssp(path, "native").passed
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
-        (b'name="plant"', b'name="pl ant"', "a component must have a unique name"),
-        (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "components must not be nested"),
-        (b"1e-04", b"soon", "must be a number"),
-        (b"</ssd:System>", b"", "SystemStructure.ssd: "),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
+    (b'name="plant"', b'name="pl ant"', "a component must have a unique name"),
+    (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "components must not be nested"),
+    (b"1e-04", b"soon", "must be a number"),
+    (b"</ssd:System>", b"", "SystemStructure.ssd: "),
+])  # fmt: skip
 def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: bytes, new: bytes, message: str) -> None:
     bad = tmp_path / "bad.ssp"
     with zipfile.ZipFile(archive) as source, zipfile.ZipFile(bad, "w") as target:
@@ -252,8 +250,7 @@ def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: b
                 assert old in content
                 content = content.replace(old, new)
             target.writestr(name, content)
-    result = CliRunner().invoke(main, ["simulate", str(bad)])
-    assert result.exit_code == 2
+    result = invoked(["simulate", str(bad)], status=2)
     assert message in result.output
     assert len(result.output.splitlines()) == 1
 
@@ -261,8 +258,7 @@ def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: b
 @pytest.mark.parametrize("fmi", ["2", "3"])
 def test_the_loop_as_one_fmu(loop: Any, write: Any, tmp_path: Path, fmi: str) -> None:
     folder, out = write(loop), tmp_path / "loop.fmu"
-    result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", fmi, "-o", str(out)])
-    assert result.exit_code == 0, result.output
+    invoked(["ssp", str(folder), "--fmi", fmi, "-o", str(out)])
     ours = simulate(ready(folder), "native")["plant.y"]
     trace = fmpy.simulate_fmu(
         str(out), stop_time=0.03, step_size=1e-4, output_interval=1e-4, output=["plant_y"], fmi_type="CoSimulation"
@@ -277,25 +273,17 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
     loop["order"].append("runaway")
     loop["connections"]["runaway.u"] = "pid.u"
     folder, out = write(loop), tmp_path / "loop.fmu"
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(out)])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(folder), "-o", str(out)], status=2)
     (line,) = result.output.splitlines()
     assert "a loop must run to its end for the export: " in line
     assert not out.exists()
 
 
-@pytest.mark.parametrize(
-    ("unit", "change", "said"),
-    [
-        ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
-        ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
-        (
-            "",
-            {"scheme": "iterative"},
-            "the coupling must not be iterative, which SSP does not support",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("unit", "change", "said"), [
+    ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
+    ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
+    ("", {"scheme": "iterative"}, "the coupling must not be iterative, which SSP does not support"),
+])  # fmt: skip
 def test_what_no_reader_of_an_ssp_does_is_refused(
     loop: Any, write: Any, tmp_path: Path, unit: str, change: dict[str, Any], said: str
 ) -> None:

@@ -91,6 +91,7 @@ PARAMETERS = [
 every_record = pytest.mark.parametrize("made", PARAMETERS, indirect=True, scope="module")
 
 
+@pytest.mark.turn("start", name="verdict")
 @every_record
 def test_exit_status_and_file_are_one_verdict(made: Made) -> None:
     assert made.status == (0 if made.verdict["approved"] else 1), made.verdict["reasons"]
@@ -107,6 +108,7 @@ def test_json_has_the_verdict_of_the_file(made: Made) -> None:
     assert json.loads(told[told.index("{") :])["verdict"] == made.verdict
 
 
+@pytest.mark.turn("start", name="verdict")
 @every_record
 def test_terminal_and_page_say_the_verdict(made: Made) -> None:
     page = html.unescape((made.folder / "report.html").read_text())
@@ -117,6 +119,7 @@ def test_terminal_and_page_say_the_verdict(made: Made) -> None:
             assert reason in text
 
 
+@pytest.mark.turn("start", name="verdict")
 @every_record
 def test_terminal_and_page_state_the_errors(made: Made) -> None:
     """A number that is not known is nowhere a number."""
@@ -161,6 +164,7 @@ def _study(made: Made, out: Path) -> None:
     assert status == made.of_loop, text
 
 
+@pytest.mark.turn("start", name="verdict")
 @pytest.mark.parametrize("made", STUDIES, indirect=True, scope="module")
 def test_a_study_ends_as_start_did(made: Made, tmp_path: Path) -> None:
     _study(made, tmp_path / "devices")

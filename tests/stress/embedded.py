@@ -52,12 +52,9 @@ def graphs() -> dict[str, Graph]:
                 made[f"{name}-{i}"] = Graph.single(lively(n)).with_step(STEP)
         made[f"{name}-moving"] = single(name)
     return made | {
-        "loop": loop(),
-        "mixed": mixed(),
-        "two-loops": test_sanitizers.loop().with_step(STEP),
-        "sampled-implicit": sampled_implicit(),
-        "implicit": test_sanitizers.implicit().with_step(STEP),
-    }
+        "loop": loop(), "mixed": mixed(), "two-loops": test_sanitizers.loop().with_step(STEP),
+        "sampled-implicit": sampled_implicit(), "implicit": test_sanitizers.implicit().with_step(STEP),
+    }  # fmt: skip
 
 
 def write_source(target: Path) -> Path:

@@ -71,13 +71,9 @@ class Target:
 def run(command: list[str], seconds: float, cwd: Path | None = None, **environment: str) -> str:
     """Run a command that must succeed and return its standard output."""
     done = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        timeout=seconds,
-        cwd=cwd,
+        command, capture_output=True, text=True, timeout=seconds, cwd=cwd,
         env={**os.environ, "WINEDEBUG": "-all", **environment},
-    )
+    )  # fmt: skip
     assert done.returncode == 0, (
         f"{' '.join(command)[:200]}: exit {done.returncode}\n{(done.stdout + done.stderr)[-3000:]}"
     )

@@ -31,6 +31,7 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+@pytest.mark.turn("foreign code")
 def test_it_reaches_nothing_of_its_maker(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TOKEN", "words hidden")
     defect = "{ static double did = -1; if (did < 0) did = attempts(); y = did; return fmi2OK; }"
@@ -46,7 +47,8 @@ def test_workers_that_cannot_begin_say_why(study: Path, monkeypatch: pytest.Monk
         hy.study(study, study.parent / "out", workers=1)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("foreign code")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["native", "fmpy"])
 def test_it_needs_no_file_of_the_scenario(study: Path, engine: str) -> None:
     """Where it builds the case anew: for the reference engine, and for another number of steps of a delay."""

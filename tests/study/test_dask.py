@@ -41,7 +41,7 @@ def address(scratch: Path) -> Iterator[str]:
             yield cluster.scheduler_address.replace("tcp://", "dask://")
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("interrupted studies")
 def test_the_same_table_on_a_cluster(write: Any, tmp_path: Path, address: str) -> None:
     path = write(method="sobol", n=40)
     local = hy.study(path, tmp_path / "local", workers=2)

@@ -109,14 +109,14 @@ def test_the_robust_controller_of_a_scenario_is_that_of_its_weight(name: str) ->
     assert name != "h_infinity" or found.b_opt == pytest.approx(0.38, abs=0.005), "as its text says"
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("designs of a study")
 def test_the_first_trial_is_the_one_that_the_file_states(tmp_path: Path) -> None:
     (first, *others) = next(iter(Asked(Study(write(tmp_path))).batches()))
     assert first == {"pid.Kd": 0.0003, "pid.Ki": 4000.0}
     assert all(v != first for v in others)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("designs of a study")
 def test_a_trial_outside_the_linear_limits_is_not_simulated(tmp_path: Path) -> None:
     """And a second call finds all rows; the first trial is inside."""
     pytest.importorskip("pyarrow")
@@ -167,10 +167,10 @@ def made(name: str) -> ModuleType:
     return loaded(STAGE / "models" / f"{name}.py")
 
 
+@pytest.mark.turn("designs of a study")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
-    "folder",
-    [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS],
+    "folder", [pytest.param(p, id=p.name, marks=() if p.name in QUICK else pytest.mark.stress) for p in FOLDERS]
 )
 def test_every_case_meets_its_requirement(folder: Path) -> None:
     results = hy.run([folder], engine="native")
@@ -206,6 +206,7 @@ def test_the_feedforward_of_a_scan_makes_the_dynamics_follow_it() -> None:
     assert np.abs(scan_harmonics(beyond, 0.2)).sum() <= 0.01  # of which the cut tones are the most
 
 
+@pytest.mark.turn("designs of a study")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("file", "limit", "median"), [("draws_5", 0.55, 0.36), ("draws_20", 2.0, 0.85)])
 def test_draws_of_today_track(file: str, limit: float, median: float) -> None:

@@ -73,6 +73,7 @@ def stable(name: str, case: str, settings: dict[str, Any]) -> bool:
     return opened.stable(gain * (first + settings.get("plant.g0_k_2", 1 - first)), late)
 
 
+@pytest.mark.turn("designs of a study")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", some(STABLE))
 def test_draws_of_today_inside_the_stated_ranges_are_stable(name: str) -> None:

@@ -55,13 +55,9 @@ def quiet(write: Any, tmp_path: Path) -> bytes:
 def start(program: str, path: Path, folder: Path, **more: Any) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     return subprocess.Popen(
-        [sys.executable, "-c", program, str(path), str(folder)],
-        env=environment,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        **more,
-    )
+        [sys.executable, "-c", program, str(path), str(folder)], env=environment, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, **more,
+    )  # fmt: skip
 
 
 def rows(folder: Path) -> int:
@@ -91,6 +87,7 @@ def children(pid: int) -> list[int]:
     return found
 
 
+@pytest.mark.turn("interrupted studies")
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
 def test_killed_workers(write: Any, tmp_path: Path, program: str, quiet: bytes) -> None:
     folder = tmp_path / "out"
@@ -141,7 +138,7 @@ def test_a_full_disk(write: Any, tmp_path: Path, program: str, quiet: bytes) -> 
     assert outcome.table.read_bytes() == quiet
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("interrupted studies")
 def test_workers_that_cannot_start_end_the_study_with_one_line(write: Any, tmp_path: Path) -> None:
     """A script from standard input has no file for a worker to import."""
     path = write(engine="fmpy")
@@ -266,15 +263,12 @@ def test_the_fingerprint_of_a_case_changes_with_what_its_results_depend_on(write
     assert task.fingerprint(replace(one, case=replace(case, metrics=m))) != task.fingerprint(one)
 
 
-@pytest.mark.parametrize(
-    ("status", "limits", "retry", "final"),
-    [
-        ("ok", None, True, True), ("timeout", (1.0, 9.0), False, False), ("timeout", (2.0, 1.0), False, True),
-        ("timeout", (3.0, 1.0), False, True), ("memory", (9.0, 1.0), False, False), ("memory", (1.0, 4.0), False, True),
-        ("killed", (9.0, 1.0), False, False), ("refused", (0.1, 0.1), False, True),
-        ("refused", (9.0, 9.0), True, False), ("timeout", None, False, True),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("status", "limits", "retry", "final"), [
+    ("ok", None, True, True), ("timeout", (1.0, 9.0), False, False), ("timeout", (2.0, 1.0), False, True),
+    ("timeout", (3.0, 1.0), False, True), ("memory", (9.0, 1.0), False, False), ("memory", (1.0, 4.0), False, True),
+    ("killed", (9.0, 1.0), False, False), ("refused", (0.1, 0.1), False, True),
+    ("refused", (9.0, 9.0), True, False), ("timeout", None, False, True),
+])  # fmt: skip
 def test_what_failed_at_a_limit_runs_again_under_a_higher_one(
     status: str, limits: Any, retry: bool, final: bool
 ) -> None:

@@ -82,7 +82,7 @@ def only(folder: Path, pattern: str) -> Path:
     return found
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(2)
 @pytest.mark.parametrize("pattern", FILES)
 @pytest.mark.parametrize("draw", range(2))
 def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]) -> None:
@@ -100,7 +100,7 @@ def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]
     assert hy.study(path, folder, workers=1).ran == 0
 
 
-@pytest.mark.some(5)
+@pytest.mark.some(2)
 @pytest.mark.parametrize("pattern", FILES)
 @pytest.mark.parametrize("damage", ["emptied", "removed", "cut in half"])
 def test_a_lost_file(pattern: str, damage: str, study: tuple[Path, Path, bytes]) -> None:
@@ -136,6 +136,7 @@ def test_another_program_writes_into_the_journal(write: Any, tmp_path: Path) -> 
     assert (folder / "damaged.jsonl").read_bytes().startswith(b'whole\n01234567\t{"torn"')
 
 
+@pytest.mark.turn("interrupted studies")
 def test_a_second_study_in_the_same_process_is_refused_and_the_lock_stays(tmp_path: Path) -> None:
     store = Store(tmp_path, ["a"], ["m"])
     list(store.rows())  # reading keeps the lock
@@ -224,6 +225,7 @@ mount -o remount,size=50m "$1" && $2 -m hystfmu.cli study "$3" -o "$1" -j 1 && c
 """
 
 
+@pytest.mark.turn("interrupted studies")
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="mounts a small disk")
 @pytest.mark.parametrize("size", [24, *(pytest.param(n, marks=pytest.mark.stress) for n in (8, 40))])
 def test_a_full_disk_resumes_to_the_same_table(size: int, write: Any, tmp_path: Path) -> None:

@@ -187,7 +187,7 @@ class Child:
             os.ftruncate(handle, 0)
 
     def _end(self) -> None:
-        if self._process.poll() is None and sys.platform == "linux":
+        if sys.platform == "linux":
             self.terminate()
             self.wait(_END)
         if hasattr(os, "killpg") and not (sys.platform == "linux" and self._process.poll() is not None):

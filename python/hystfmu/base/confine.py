@@ -117,7 +117,7 @@ _CONTROLS = (0x5412, 0x541C, 0x8901, 0x8902)
 
 _LOAD, _JUMP, _EQUAL, _LEAST, _END = 0x20, 0x05, 0x15, 0x35, 0x06
 _ALLOW, _REFUSE, _KILL = 0x7FFF0000, 0x00050000 | 13, 0x80000000  # 13: EACCES
-_Line = tuple[int, int, int, int]  # filter instruction: code, instructions to skip if true, to skip if false, value
+_Line = tuple[int, ...]  # filter instruction: code, of comparisons the lines to skip if true and if false, value
 
 
 def can_refuse() -> bool:
@@ -146,16 +146,18 @@ def refuse_calls(signals: bool) -> None:
         rules += [_rule(numbers[machine], _among(0, me)) for numbers in _SIGNALS.values()]
         rules += [_rule(_PIDFD_SEND_SIGNAL[machine]), _rule(_FCNTL[machine], _not_among(1, *_OWNERS))]
     program = [
-        (_LOAD, 0, 0, 4),  # load the architecture of the calling program
+        (_LOAD, 4),  # load the architecture of the calling program
         (_EQUAL, 1, 0, _AUDIT[platform.machine()]),
-        (_END, 0, 0, _KILL),
-        (_LOAD, 0, 0, 0),  # load the number of the system call
+        (_END, _KILL),
+        (_LOAD, 0),  # load the number of the system call
         (_LEAST, 0, 1, _X32),
-        (_END, 0, 0, _REFUSE),
+        (_END, _REFUSE),
         *[line for rule in rules for line in rule],
-        (_END, 0, 0, _ALLOW),
+        (_END, _ALLOW),
     ]
-    code = C.create_string_buffer(b"".join(struct.pack("=HBBI", *line) for line in program))
+    code = C.create_string_buffer(
+        b"".join(struct.pack("=HxxI" if len(line) == 2 else "=HBBI", *line) for line in program)
+    )
     filter_ = C.create_string_buffer(struct.pack("@HP", len(program), C.addressof(code)))
     call("prctl", _SET_SECCOMP, _FILTER, filter_)
 
@@ -166,16 +168,16 @@ def _rule(number: int, *tests: list[_Line]) -> list[_Line]:
     A call without tests is always refused. A call with tests is permitted only if it passes all tests.
     """
     lines = [line for test in tests for line in test]
-    lines.append((_END, 0, 0, _ALLOW if tests else _REFUSE))
+    lines.append((_END, _ALLOW if tests else _REFUSE))
     return [(_EQUAL, 0, len(lines), number), *lines]
 
 
 def _among(argument: int, *values: int) -> list[_Line]:
-    return [*_compared(argument, values), (_END, 0, 0, _REFUSE)]
+    return [*_compared(argument, values), (_END, _REFUSE)]
 
 
 def _not_among(argument: int, *values: int) -> list[_Line]:
-    return [*_compared(argument, values), (_JUMP, 0, 0, 1), (_END, 0, 0, _REFUSE)]
+    return [*_compared(argument, values), (_JUMP, 1), (_END, _REFUSE)]
 
 
 def _compared(argument: int, values: tuple[int, ...]) -> list[_Line]:
@@ -184,7 +186,7 @@ def _compared(argument: int, values: tuple[int, ...]) -> list[_Line]:
     The upper 32 bits are ignored.
     """
     lines = [(_EQUAL, len(values) - k, 0, value) for k, value in enumerate(values)]
-    return [(_LOAD, 0, 0, 16 + 8 * argument), *lines]
+    return [(_LOAD, 16 + 8 * argument), *lines]
 
 
 # environment variables for foreign code; others may contain keys and passwords; SECURITY.md has the same list

@@ -200,7 +200,7 @@ def check_source(path: str | Path) -> os.stat_result:
     Raises
     ------
     InputError
-        There is no such file, or it is a device, a pipe or a socket.
+        There is no such file, or it is a folder, a device, a pipe or a socket.
     """
     try:
         found = Path(path).stat()
@@ -208,8 +208,9 @@ def check_source(path: str | Path) -> os.stat_result:
         raise InputError(f"{path}: {e.strerror}.{meant_file(path)}") from None
     except OSError as e:
         raise InputError(f"{path}: {e.strerror or e}") from None
-    if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
-        raise InputError(f"{path}: The file must be a regular file. Got a device, pipe or socket.")
+    if not stat.S_ISREG(found.st_mode):
+        got = "folder" if stat.S_ISDIR(found.st_mode) else "device, pipe or socket"
+        raise InputError(f"{path}: The file must be a regular file. Got a {got}.")
     return found
 
 
@@ -372,11 +373,10 @@ def _joined(errors: list[Any], data: Any) -> list[Any]:
         at: Any = data
         place: list[str | int] = []
         for part in error["loc"]:
-            inside = part in at if isinstance(at, dict) else isinstance(at, list) and part in range(len(at))
-            if inside:
+            if part in at if isinstance(at, dict) else isinstance(at, list) and part in range(len(at)):
                 at = at[part]
-            if inside or error["type"] == "missing":
                 place.append(part)
+        place += error["loc"][-1:] if error["type"] == "missing" else ()
         found.setdefault(tuple(place), []).append(error)
     typed = {place for place, several in found.items() if several[0]["loc"] != place}
     inner = [place for place in found if not any(len(p) > len(place) and p[: len(place)] == place for p in typed)]

@@ -47,15 +47,15 @@ class Steps:
             The command has no option --force, and one of these is true: the folder contains results of other inputs, a
             result in the folder was changed, or the command would remove a file that it did not write.
         """
-        record, known = self._folder / RECORD, self._known.get(_FOLDER)
+        record, found = self._folder / RECORD, self._known.get(_FOLDER)
         key = hashlib.sha256(json.dumps(of).encode()).hexdigest()
-        mine = isinstance(known, dict) and known.get("of") == key
-        if not mine and not may_replace(record):
+        mine = found if isinstance(found, dict) and found.get("of") == key else None
+        if mine is None and not may_replace(record):
             raise InputError(
                 f"{self._folder}: The folder contains results of another record or of other options. Name another "
                 "folder, or replace the results with --force."
             )
-        made = known.get("made") if mine and isinstance(known, dict) else {}
+        made = {} if mine is None else mine.get("made")
         if isinstance(made, dict):
             own(record, *(f for f, at in ((self._folder / n, v) for n, v in made.items()) if _hashes([f]) == [at]))
             refuse_existing(*(self._folder / n for n in made), *_files(removed))

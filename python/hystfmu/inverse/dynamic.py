@@ -180,7 +180,7 @@ def wanted(model: Model, parts: Parts[M], share: float) -> list[Array]:
     from hystfmu.data.signals import decaying_sine, two_tones
 
     assert model.step is not None
-    there = over_range(parts.front, share * np.array([0.0, 1.0, -1.0, 1.0]))
+    there = over_range(parts.front, share * np.array([1.0, -1.0, 1.0]))
     reached = parts.front.predict(with_starts(parts.front.graph, there))
     gain, offset = parts.readout
     start, least, most = (gain * v + offset for v in (float(reached[0]), float(reached.min()), float(reached.max())))

@@ -29,15 +29,16 @@ def implicit_inverse(model: M, lo: float | None = None, hi: float | None = None)
 
     The model has one input and one output. It may also have covariates, which are then inputs of the inverse, too. With
     creep, the inverse is exact for steps of ``model.step``. The root is searched between the inputs `lo` and `hi`. The
-    default is the range of the input in the data (provenance ``span_u``).
+    defaults are the ends of the range of the input in the data (provenance ``span_u``).
 
     An InputError is raised if the model contains dynamics other than creep, if its output is constant after a reversal,
     or if the input range is not known.
     """
     if lo is None or hi is None:
-        lo, hi = input_range(
+        span = input_range(
             model, "An implicit inverse must have the options lo and hi, or the input range of the model"
         )
+        lo, hi = (end if given is None else given for given, end in zip((lo, hi), span, strict=True))
     states, stepped = known_states(model)
     first = {n.name for n in states}
     g = stepped.graph

@@ -160,7 +160,7 @@ def _largest(model: Model, made: Model, wanted: list[Array]) -> float:
 
 def _falls(u: Array, y: Array) -> list[str]:
     """Return a warning if output and input move in opposite directions on more than a share `FALLING` of the rows."""
-    share = float(np.mean(np.diff(u) * np.diff(y) * np.ptp(u) * (y[np.argmax(u)] - y[np.argmin(u)]) < 0))
+    share = float(np.mean(np.diff(u) * np.diff(y) * (y[np.argmax(u)] - y[np.argmin(u)]) < 0))
     if share <= FALLING:
         return []
     return [

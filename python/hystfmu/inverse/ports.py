@@ -13,7 +13,7 @@ from hystfmu.model import M, Model, with_starts
 
 def at_start(model: Model) -> float:
     """Return the output of a model when all inputs have their start values."""
-    return float(model.predict(with_starts(model.graph, np.full(2, model.graph.inputs[0].start)))[0])
+    return float(model.predict(with_starts(model.graph, [model.graph.inputs[0].start]))[0])
 
 
 def over_range(model: Model, v: Array) -> Array:

@@ -43,14 +43,9 @@ def at_terminal(
     shown, sent, end = b"", False, time.monotonic() + 120
     with (cwd / "stdout").open("wb") as out:
         process = subprocess.Popen(
-            words_of(*words),
-            cwd=cwd,
-            env=os.environ | more,
-            stdout=theirs if both else out,
-            stderr=theirs,
-            stdin=subprocess.DEVNULL,
-            preexec_fn=_hear_interrupts,
-        )
+            words_of(*words), cwd=cwd, env=os.environ | more, stdout=theirs if both else out, stderr=theirs,
+            stdin=subprocess.DEVNULL, preexec_fn=_hear_interrupts,
+        )  # fmt: skip
     os.close(theirs)
     with contextlib.suppress(OSError):  # Linux tells so that the other side is closed
         while (part := os.read(ours, 65536)) and time.monotonic() < end:
@@ -85,6 +80,7 @@ def here(folder: Path, *words: str) -> Result:
         return CliRunner().invoke(main, list(words))
 
 
+@pytest.mark.turn("a terminal")
 def test_progress_is_on_a_terminal_alone_and_not_with_q(loop: Path) -> None:
     command = ["run", "loop", "--case", "large"]
     status, out, err = at_terminal(*command, cwd=loop)
@@ -129,7 +125,7 @@ def test_every_command_has_an_example_and_both_options(name: str) -> None:
     assert "-q, --quiet" in shown
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("interrupted studies")
 def test_an_interrupted_study_says_how_to_go_on_and_does(loop: Path) -> None:
     command = ["study", "size.study.toml", "-o", "out dir", "-j", "1"]
     begun = re.compile(r"[1-9]\d*/400 runs")
@@ -222,7 +218,7 @@ def test_the_kinds_of_model_are_listed_with_every_option() -> None:
             assert line.endswith(o.text)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("good FMUs")
 def test_validate_says_what_it_tried_when_all_is_well(tmp_path: Path) -> None:
     hy.Model("creep", hy.blocks.Creep().graph).export(tmp_path / "creep.fmu")
     done = here(tmp_path, "validate", "creep.fmu")
@@ -295,15 +291,12 @@ def test_every_command_is_here_or_has_no_table() -> None:
     assert {*TABLES, *WITHOUT, *MINUTES} == {*main.commands}
 
 
-@pytest.mark.some(4)
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
-        for name, listed in TABLES.items()
-        for words in listed
-    ],
-)
+@pytest.mark.some(2)
+@pytest.mark.parametrize("words", [
+    pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
+    for name, listed in TABLES.items()
+    for words in listed
+])  # fmt: skip
 def test_no_line_is_longer_than_the_terminal(words: str, narrow: Path) -> None:
     done = CliRunner().invoke(main, shlex.split(words))
     assert done.exit_code in (0, 1), done.output
@@ -336,7 +329,7 @@ def test_a_table_in_a_pipe_is_not_wrapped(monkeypatch: pytest.MonkeyPatch) -> No
     assert len(terminal.table(head, [row]).splitlines()) == 3
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a terminal")
 def test_a_verdict_has_a_colour_in_a_terminal_alone(folder: Path) -> None:
     words = ["run", "loop", "--engine", "native", "--case", "sine_10"]
     shown, plain = (

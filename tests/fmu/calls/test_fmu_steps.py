@@ -368,8 +368,7 @@ def stepped(m: Master, times: list[float], h: float = H) -> list[float]:
 
 @pytest.mark.some(2)
 @pytest.mark.parametrize(
-    ("start", "h", "n"),
-    [(0.0, H, 100_000), (0.7, H, 3000), (-3.1, H, 5000), (1e4, 1 / 3000, 5000)],
+    ("start", "h", "n"), [(0.0, H, 100_000), (0.7, H, 3000), (-3.1, H, 5000), (1e4, 1 / 3000, 5000)]
 )
 def test_a_clock_that_adds_up_gives_the_bits_of_one_that_counts(make: Make, start: float, h: float, n: int) -> None:
     m = {name: make(source(h)) for name in ("adds", "counts")}

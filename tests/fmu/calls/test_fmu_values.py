@@ -248,10 +248,7 @@ def test_status_of_fmi_2(make: Make) -> None:
     m: Master = make()
     m.initialize()
     assert m.step(0.0) == OK
-    for name, value, mine, answer in [
-        ("GetRealStatus", C.c_double(-1), 2, H),
-        ("GetBooleanStatus", C.c_int(-1), 3, 0),
-    ]:
+    for name, value, mine, answer in [("GetRealStatus", C.c_double(-1), 2, H), ("GetBooleanStatus", C.c_int(-1), 3, 0)]:
         for kind in {0, 1, 2, 3} - {mine}:
             assert m.call(name, kind, C.byref(value)) == DISCARD
             assert value.value == -1

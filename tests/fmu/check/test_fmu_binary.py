@@ -56,6 +56,7 @@ def test_needs_libc_only() -> None:
     assert max(tuple(map(int, v.split("."))) for v in versions) <= (2, 17)
 
 
+@pytest.mark.turn("warnings of compilers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O2", marks=pytest.mark.stress)])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -97,6 +98,7 @@ def drive(program: Path, graph: Graph, folder: Path, calls: int, seed: int) -> N
     assert done.returncode == 0, f"exit {done.returncode}: {done.stderr[-3000:]}"
 
 
+@pytest.mark.turn("compiled C", name="sanitizers")
 @linux
 def test_out_of_memory_and_null_pointers(sanitized: Callable[[str], Path], tmp_path: Path) -> None:
     graph = mixed()
@@ -109,6 +111,7 @@ def test_out_of_memory_and_null_pointers(sanitized: Callable[[str], Path], tmp_p
 GRAPHS = {"loop": loop, **{n: lambda n=n: single(n) for n in ("prandtl_ishlinskii", "zhao_tan", "reference", "pid")}}
 
 
+@pytest.mark.turn("compiled C", name="sanitizers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", list(GRAPHS))
 def test_random_sequences_of_calls(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
@@ -128,6 +131,7 @@ PLACES = {"memory", "extrema", "at", "oldest", "counter", "samples", "count"}
 REACHES = {b for b in BLOCKS if PLACES & {v.name for v in block_types()[b].of("state")}}
 
 
+@pytest.mark.turn("compiled C", name="sanitizers")
 @pytest.mark.some(2)
 @pytest.mark.parametrize(
     "name", ["loop", *(pytest.param(b, marks=[] if b in REACHES else pytest.mark.stress) for b in BLOCKS)]
@@ -189,32 +193,29 @@ DERIVATIVE = (
 )
 
 
+@pytest.mark.turn("broken binaries")
 @pytest.mark.some(1)
 @linux
 @pytest.mark.usefixtures("without_fmutool")
-@pytest.mark.parametrize(
-    ("function", "patch", "expected"),
-    [
-        (
-            "CompletedIntegratorStep",
-            f"{COMPLETED} {{ *e = *t = fmi2False; (void)theirs, (void)c, (void)n; return fmi2OK; }}",
-            "Model Exchange differs from Co-Simulation: y is",
-        ),
-        (
-            "SetTime",
-            "fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t) { fmi2Status s = theirs(c, t); fmi2Boolean e, end; "
-            "fmi2CompletedIntegratorStep(c, fmi2True, &e, &end); return s; }",
-            "rejected steps change the run in Model Exchange: y is",
-        ),
-        (
-            "GetDirectionalDerivative",
-            f"{DERIVATIVE} {{ fmi2Status r = theirs(c, u, n, k, m, d, s); "
-            "if (((instance *)c)->run.phase == CONTINUOUS) s[0] += 1; return r; }",
-            "the directional derivative of y with respect to u is",
-        ),
-    ],
-    ids=["memory not committed", "memory of rejected steps", "derivative after steps"],
-)
+@pytest.mark.parametrize(("function", "patch", "expected"), [
+    (
+        "CompletedIntegratorStep",
+        f"{COMPLETED} {{ *e = *t = fmi2False; (void)theirs, (void)c, (void)n; return fmi2OK; }}",
+        "Model Exchange differs from Co-Simulation: y is",
+    ),
+    (
+        "SetTime",
+        "fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t) { fmi2Status s = theirs(c, t); fmi2Boolean e, end; "
+        "fmi2CompletedIntegratorStep(c, fmi2True, &e, &end); return s; }",
+        "rejected steps change the run in Model Exchange: y is",
+    ),
+    (
+        "GetDirectionalDerivative",
+        f"{DERIVATIVE} {{ fmi2Status r = theirs(c, u, n, k, m, d, s); "
+        "if (((instance *)c)->run.phase == CONTINUOUS) s[0] += 1; return r; }",
+        "the directional derivative of y with respect to u is",
+    ),
+], ids=["memory not committed", "memory of rejected steps", "derivative after steps"])  # fmt: skip
 def test_check_finds_defects_of_model_exchange(tmp_path: Path, function: str, patch: str, expected: str) -> None:
     problems = hy.validate(_with_binary(tmp_path, patch + "\n", function))
     assert any(expected in p for p in problems), problems

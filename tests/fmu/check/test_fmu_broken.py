@@ -225,7 +225,7 @@ def test_the_good_one_passes(tmp_path: Path, good: Entries) -> None:
     assert _problems(tmp_path, _pack(good)) == []
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", list(ARCHIVES))
 def test_broken_archive(tmp_path: Path, good: Entries, defect: str) -> None:
@@ -234,7 +234,7 @@ def test_broken_archive(tmp_path: Path, good: Entries, defect: str) -> None:
     assert any(message in p for p in problems), problems
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", list(UNITS))
 def test_broken_unit(tmp_path: Path, good: Entries, defect: str) -> None:
@@ -244,11 +244,12 @@ def test_broken_unit(tmp_path: Path, good: Entries, defect: str) -> None:
     assert any(message in p for p in problems), problems
 
 
+@pytest.mark.turn("good FMUs")
 def test_the_good_one_passes_in_model_exchange(tmp_path: Path, good: Entries) -> None:
     assert _problems(tmp_path, _pack({**good, XML: EXCHANGE.encode()})) == []
 
 
-@pytest.mark.some(3)
+@pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 @pytest.mark.parametrize("defect", [*STATES, *STRUCTURES])
 def test_broken_states(tmp_path: Path, good: Entries, defect: str) -> None:
@@ -261,12 +262,14 @@ def test_broken_states(tmp_path: Path, good: Entries, defect: str) -> None:
     assert any(message in p for p in problems), problems
 
 
+@pytest.mark.turn("broken binaries")
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_missing_symbol(tmp_path: Path, good: Entries, compile_unit: Callable[..., bytes]) -> None:
     (problem,) = _problems(tmp_path, _pack({**good, BINARY: compile_unit("-DNO_STEP")}))
     assert problem.startswith("the binary does not export fmi2DoStep")
 
 
+@pytest.mark.turn("broken descriptions")
 def test_errors_of_fmutool_are_reported(tmp_path: Path, good: Entries) -> None:
     pytest.importorskip("fmu_manipulation_toolbox")
     problems = _problems(tmp_path, _pack(ARCHIVES["unknown attribute"][0](good)))

@@ -26,15 +26,12 @@ E = 1e-6
 RAW = np.random.default_rng(0).normal(size=3)
 
 
-@pytest.mark.parametrize(
-    ("value", "good", "wrong"),
-    [
-        (lambda x: 3 * x + 1e3 * x * x, [3.0, 3.0002], [3.01, 2.99, -3.0, 0.0]),
-        (lambda x: 3 * x if x > 0 else x, [3.0, 2.0, 1.0], [2.5, 1.5, 0.0]),  # a kink
-        (lambda x: 0.5 if x > 0 else 0.0, [0.0, 1e7], []),  # a discontinuity has no derivative
-        (lambda x: 7e11 + 1e4 * x + 1e-4 * RAW[int(np.sign(x)) + 1], [1e4], [2e4, 0.0]),  # rounded to 1e-4
-    ],
-)
+@pytest.mark.parametrize(("value", "good", "wrong"), [
+    (lambda x: 3 * x + 1e3 * x * x, [3.0, 3.0002], [3.01, 2.99, -3.0, 0.0]),
+    (lambda x: 3 * x if x > 0 else x, [3.0, 2.0, 1.0], [2.5, 1.5, 0.0]),  # a kink
+    (lambda x: 0.5 if x > 0 else 0.0, [0.0, 1e7], []),  # a discontinuity has no derivative
+    (lambda x: 7e11 + 1e4 * x + 1e-4 * RAW[int(np.sign(x)) + 1], [1e4], [2e4, 0.0]),  # rounded to 1e-4
+])  # fmt: skip
 def test_derivative_against_differences(value: Callable[[float], float], good: list[float], wrong: list[float]) -> None:
     assert [tangent_differs(g, value, E) for g in good] == [""] * len(good)
     assert all(tangent_differs(w, value, E) for w in wrong)
@@ -55,17 +52,15 @@ def forget(xml: str, unknown: int) -> str:
     return f'{head}<ModelStructure>{structure[: listed.start()]}dependencies=""{structure[listed.end() :]}'
 
 
-@pytest.mark.parametrize(
-    ("make", "unknown", "words"),
-    [
-        (mixed, 0, ["y depends on dyn_v_1", "y depends on dyn_v_2"]),
-        (mixed, 3, ["h depends on u"]),
-        (mixed, 4, ["der(dyn_v_1) depends on dyn_v_2"]),
-        (mixed, 5, ["der(dyn_v_2) depends on u", "der(dyn_v_2) depends on dyn_v_1", "der(dyn_v_2) depends on dyn_v_2"]),
-        (lambda: single("pid"), 0, ["u depends on y_d", "u depends on y", "u depends on u_ff"]),  # at a sample
-        (lambda: single("mlp"), 0, ["y depends on u_1", "y depends on u_2"]),
-    ],
-)
+@pytest.mark.some(4)
+@pytest.mark.parametrize(("make", "unknown", "words"), [
+    (mixed, 0, ["y depends on dyn_v_1", "y depends on dyn_v_2"]),
+    (mixed, 3, ["h depends on u"]),
+    (mixed, 4, ["der(dyn_v_1) depends on dyn_v_2"]),
+    (mixed, 5, ["der(dyn_v_2) depends on u", "der(dyn_v_2) depends on dyn_v_1", "der(dyn_v_2) depends on dyn_v_2"]),
+    (lambda: single("pid"), 0, ["u depends on y_d", "u depends on y", "u depends on u_ff"]),  # at a sample
+    (lambda: single("mlp"), 0, ["y depends on u_1", "y depends on u_2"]),
+])  # fmt: skip
 def test_a_dependency_that_is_not_declared_is_found_in_model_exchange(
     tmp_path: Path, fmi: int, make: Callable[[], Graph], unknown: int, words: list[str]
 ) -> None:
@@ -95,25 +90,13 @@ pytestmark = pytest.mark.usefixtures("without_fmutool")
 CRASH = "*(volatile int *)8 = 1;"
 ON_NULL = f"-DFREE=if (!c) {CRASH}"
 ALL = [
-    "reading modelDescription.xml",
-    "looking for contradictions in it",
-    "looking for the binary",
-    "making an instance",
-    "reading the start values",
-    "making 100 steps",
-    "running a second instance",
-    "reading outputs between the steps",
-    "setting inputs between the steps",
-    "resetting",
-    "saving and restoring the state",
-    "freeing NULL",
-    "making steps of different lengths",
-    "checking the dependencies",
-    "comparing directional derivatives with differences",
-    "making many steps",
-    "loading and unloading",
+    "reading modelDescription.xml", "looking for contradictions in it", "looking for the binary", "making an instance",
+    "reading the start values", "making 100 steps", "running a second instance", "reading outputs between the steps",
+    "setting inputs between the steps", "resetting", "saving and restoring the state", "freeing NULL",
+    "making steps of different lengths", "checking the dependencies",
+    "comparing directional derivatives with differences", "making many steps", "loading and unloading",
     "loading from a folder with a space and non-ASCII letters",
-]
+]  # fmt: skip
 RESET = "after reset u is 0.125 instead of its start value"  # the memory of this small unit is static
 NAMES = ("der(der(x))", "previous(PI.x)")
 
@@ -139,6 +122,7 @@ def validated(path: Path, seconds: float = 60.0) -> tuple[int, list[str], dict[s
     return done.exit_code, problems, {c["name"]: c for c in notes["checks"]}
 
 
+@pytest.mark.turn("broken descriptions")
 def test_names_a_description_error_and_a_crash_at_once(tmp_path: Path) -> None:
     """FMUs of OpenModelica crash while NULL is freed and have such names."""
     text = named(*NAMES).replace('<Real start="0"/>', '<Real start="0" unit="V"/>')
@@ -156,6 +140,7 @@ def test_names_a_description_error_and_a_crash_at_once(tmp_path: Path) -> None:
     assert "not tried" not in json.dumps(checks)
 
 
+@pytest.mark.turn("broken binaries")
 def test_a_crash_in_a_step_shortens_the_other_runs(tmp_path: Path) -> None:
     bad_fmu(tmp_path / "x.fmu", CRASH.rstrip(";"))
     status, problems, checks = validated(tmp_path / "x.fmu")
@@ -172,6 +157,7 @@ def test_a_hang_takes_its_own_time_only(tmp_path: Path) -> None:
     assert "steps" in checks["making many steps"]["tried"]
 
 
+@pytest.mark.turn("broken binaries")
 def test_what_needs_a_step_is_not_tried_without_one(tmp_path: Path) -> None:
     """The check does not repeat the same crash eleven times."""
     text = DESCRIPTION.replace("  <ModelVariables>", '  <DefaultExperiment startTime="1"/><ModelVariables>')
@@ -210,6 +196,7 @@ DEFECTS = {  # of some releases
 }
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", REFERENCES)
 def test_reference_fmu_passes(name: str) -> None:

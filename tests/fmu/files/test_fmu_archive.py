@@ -17,6 +17,7 @@ import tomli_w
 from bad_fmu import DESCRIPTION, bad_fmu
 from click.testing import CliRunner
 from fmu_master import loop, single
+from invoked import invoked
 from users import User
 
 import hystfmu as hy
@@ -71,6 +72,7 @@ def _seconds(f: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_export_of_a_model(tmp_path: Path, fmi: int) -> None:
@@ -142,6 +144,7 @@ def test_arrays_are_native_in_fmi3(tmp_path: Path) -> None:
 
 
 # ---- check ----------------------------------------------------------------------------------------------------------
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 def test_good_ones_have_no_problems(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
     path = tmp_path / "Größe 1.fmu"
@@ -205,6 +208,7 @@ def test_a_name_without_end_is_cut_in_the_message(tmp_path: Path, good: dict[int
     assert len(problem) < 200
 
 
+@pytest.mark.turn("broken descriptions")
 def test_xml_that_only_the_fmu_reads(tmp_path: Path, good: dict[int, bytes]) -> None:
     """Settings of Java have a document type, tools of Windows write UTF-16."""
     kind = b'<!DOCTYPE properties SYSTEM "http://java.sun.com/dtd/properties.dtd"><properties/>'
@@ -227,6 +231,7 @@ def _xml(old: bytes, new: bytes) -> Callable[[str, bytes], bytes]:
     return change
 
 
+@pytest.mark.turn("broken descriptions")
 @pytest.mark.some(1)
 @pytest.mark.usefixtures("fmutool_or_not")
 def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], fmi: int) -> None:
@@ -245,13 +250,9 @@ def test_description_that_does_not_fit(tmp_path: Path, good: dict[int, bytes], f
 RUN = ["--step", "1e-3", "--stop", "0.01", "-o", "out.csv"]
 DAY = 86400.0
 LOOP: dict[str, Any] = {
-    "name": "loop",
-    "step": 1e-3,
-    "stop": 0.01,
-    "order": ["unit"],
-    "units": {"unit": {"fmu": "x.fmu"}},
+    "name": "loop", "step": 1e-3, "stop": 0.01, "order": ["unit"], "units": {"unit": {"fmu": "x.fmu"}},
     "metrics": {"last": {"kind": "final", "signal": "unit.y"}},
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -291,10 +292,10 @@ def small(path: Path, word: str) -> Path:
     return path
 
 
+@pytest.mark.turn("broken descriptions")
 def test_a_truncated_binary_is_replaced(cache: Path) -> None:
     bad_fmu(Path("x.fmu"))
-    first = CliRunner().invoke(main, ["simulate", "x.fmu", *RUN])
-    assert first.exit_code == 0, first.output
+    first = invoked(["simulate", "x.fmu", *RUN])
     out = Path("out.csv").read_bytes()
     (binary,) = cache.rglob("bad.so")
     os.truncate(binary, 1000)
@@ -412,13 +413,10 @@ def test_a_bad_archive_is_refused_with_and_without_a_cache(cache: Path, monkeypa
     assert not cache.exists() or list(cache.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("method", "mark", "at", "message"),
-    [
-        (zipfile.ZIP_LZMA, b"PK\3\4", 70, "'modelDescription.xml' cannot be unpacked: Corrupt input data"),
-        (zipfile.ZIP_STORED, b"PK\1\2", 6, "not a ZIP archive, or truncated (zip file version 20.4)"),
-    ],
-)
+@pytest.mark.parametrize(("method", "mark", "at", "message"), [
+    (zipfile.ZIP_LZMA, b"PK\3\4", 70, "'modelDescription.xml' cannot be unpacked: Corrupt input data"),
+    (zipfile.ZIP_STORED, b"PK\1\2", 6, "not a ZIP archive, or truncated (zip file version 20.4)"),
+])  # fmt: skip
 def test_damage_of_every_method_is_one_line(cache: Path, method: int, mark: bytes, at: int, message: str) -> None:
     with zipfile.ZipFile("x.fmu", "w", method) as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION)

@@ -14,13 +14,12 @@ from typing import Any, Literal
 import fmpy
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from fmpy.util import read_csv
 from fmu_master import BLOCKS, loop, single
+from invoked import invoked
 from lxml import etree
 
 import hystfmu as hy
-from hystfmu.cli import main
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
@@ -58,14 +57,10 @@ def test_an_importer_repeats_the_reference_experiment(tmp_path: Path, fmi: int, 
     has_input = experiment.find("Stimuli") is not None
     want = read_csv(tmp_path / "result.csv")
     got = fmpy.simulate_fmu(
-        str(path),
-        start_time=float(run.get("startTime", "")),
-        stop_time=float(run.get("stopTime", "")),
-        output_interval=float(run.get("stepSize", "")),
-        input=read_csv(tmp_path / "input.csv") if has_input else None,
-        fmi_type="CoSimulation",
-        record_events=False,
-    )
+        str(path), start_time=float(run.get("startTime", "")), stop_time=float(run.get("stopTime", "")),
+        output_interval=float(run.get("stepSize", "")), input=read_csv(tmp_path / "input.csv") if has_input else None,
+        fmi_type="CoSimulation", record_events=False,
+    )  # fmt: skip
     assert len(got) == len(want) == 201
     for column in want.dtype.names or ():
         if column == "time":
@@ -206,13 +201,8 @@ def test_names_of_files_follow_the_standard(tmp_path: Path) -> None:
     assert not [n for n in two if n.startswith("terminalsAndIcons")], "FMI 2.0 has no such directory"
     assert "model.png" not in three
     assert {n.split("/")[0] for n in three} == {
-        "modelDescription.xml",
-        "binaries",
-        "resources",
-        "terminalsAndIcons",
-        "documentation",
-        "extra",
-    }
+        "modelDescription.xml", "binaries", "resources", "terminalsAndIcons", "documentation", "extra",
+    }  # fmt: skip
 
 
 def test_a_graph_has_a_default_experiment(tmp_path: Path, fmi: int) -> None:
@@ -223,8 +213,7 @@ def test_a_graph_has_a_default_experiment(tmp_path: Path, fmi: int) -> None:
 
 # ---- names of two devices --------------------------------------------------------------------------------------------
 def hystfmu(*words: object) -> str:
-    done = CliRunner().invoke(main, [str(w) for w in words])
-    assert done.exit_code == 0, done.output
+    done = invoked([str(w) for w in words])
     return done.output
 
 
@@ -248,6 +237,7 @@ def described(path: Path) -> tuple[Any, str]:
     return fmpy.read_model_description(str(path)), title
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_two_devices(folder: Path, tmp_path: Path, fmi: int) -> None:

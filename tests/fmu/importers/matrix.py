@@ -127,19 +127,9 @@ def gap(got: Array, want: Array) -> float:
 
 # ---- kinds ----------------------------------------------------------------------------------------------------------
 KIND_COLUMNS = (
-    "fmpy CS 2",
-    "fmpy CS 3",
-    "fmpy uneven",
-    "fmpy ME 2",
-    "fmpy ME 3",
-    "libcosim CS 2",
-    "ecos CS 2",
-    "ecos CS 3",
-    "container 2",
-    "container 3",
-    "fmutool 2",
-    "fmutool 3",
-)
+    "fmpy CS 2", "fmpy CS 3", "fmpy uneven", "fmpy ME 2", "fmpy ME 3", "libcosim CS 2", "ecos CS 2", "ecos CS 3",
+    "container 2", "container 3", "fmutool 2", "fmutool 3",
+)  # fmt: skip
 
 
 def kind_row(key: str, model: Model, folder: Path) -> dict[str, float | str]:
@@ -151,7 +141,7 @@ def kind_row(key: str, model: Model, folder: Path) -> dict[str, float | str]:
     (y_name,) = (p.name for p in graph.ports if p.kind == "output")
     fmus = {fmi: export_fmu(replace(model, graph=graph), folder / f"m{fmi}.fmu", fmi, "m") for fmi in (2, 3)}  # type: ignore[arg-type]
     runs: dict[str, Callable[[], float | str]] = {
-        "fmpy uneven": lambda: gap(*run_uneven(fmus[2], folder / "uneven", graph, u)),
+        "fmpy uneven": lambda: gap(*run_uneven(fmus[2], folder / "uneven", graph, u))
     }
     for fmi, fmu in fmus.items():
         runs[f"fmpy CS {fmi}"] = lambda f=fmu, d=folder / f"cs{fmi}": gap(run_by_fmpy(f, d, u, H), want)
@@ -222,13 +212,9 @@ def as_one(case: object, fmi: int, names: list[str], want: Array, work: Path) ->
         outputs = [name.replace(".", "_") for name in names]
     step = case.step  # type: ignore[attr-defined]
     result = fmpy.simulate_fmu(
-        str(fmu),
-        stop_time=(len(want) - 1) * step,
-        step_size=step,
-        output_interval=step,
-        output=outputs,
+        str(fmu), stop_time=(len(want) - 1) * step, step_size=step, output_interval=step, output=outputs,
         fmi_type="CoSimulation",
-    )
+    )  # fmt: skip
     got = np.column_stack([result[name] for name in outputs])[: len(want)]
     span = np.ptp(want, axis=0)
     return float((np.abs(got - want) / np.where(span > 0, span, 1.0)).max())

@@ -93,17 +93,10 @@ def exchange_by_fmpy(path: Path, graph: Graph, u: Array, solver: str, h: float) 
     assert all(p.size == 1 for p in graph.ports if p.kind in ("input", "output"))
     table = np.array([(k * h, *row) for k, row in enumerate(u)], dtype=[(n, "f8") for n in ("time", *names)])
     done = simulate_fmu(
-        str(path),
-        fmi_type="ModelExchange",
-        solver=solver,
-        stop_time=(len(u) - 1) * h,
-        step_size=h,
-        output_interval=h,
-        input=table if names else None,
-        output=[p.name for p in graph.ports if p.kind == "output"],
-        record_events=False,
+        str(path), fmi_type="ModelExchange", solver=solver, stop_time=(len(u) - 1) * h, step_size=h, output_interval=h,
+        input=table if names else None, output=[p.name for p in graph.ports if p.kind == "output"], record_events=False,
         relative_tolerance=1e-9,
-    )
+    )  # fmt: skip
     return np.array([list(row)[1:] for row in done.tolist()])
 
 

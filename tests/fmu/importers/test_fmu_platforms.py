@@ -12,14 +12,13 @@ from typing import Literal
 
 import fmpy
 import pytest
-from click.testing import CliRunner
 from fmu_master import loop, single
+from invoked import invoked
 from other_platforms import RUNNERS, loads_on_macos_11, needs_glibc_2_17, needs_windows_alone, run, runner, tool
 from scripts import loaded
 
 import hystfmu
 import hystfmu as hy
-from hystfmu.cli import main
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write import platforms
 from hystfmu.fmu.write.platforms import PLATFORMS, host
@@ -31,14 +30,10 @@ BUILD = Path(__file__).parents[3] / "fmu_build" / "platforms" / "build.py"
 FOLDERS = {
     2: {"win64/m.dll", "win32/m.dll", "linux64/m.so", "aarch64-linux/m.so", "darwin64/m.dylib"},
     3: {
-        "x86_64-windows/m.dll",
-        "x86-windows/m.dll",
-        "x86_64-linux/m.so",
-        "aarch64-linux/m.so",
-        "x86_64-darwin/m.dylib",
+        "x86_64-windows/m.dll", "x86-windows/m.dll", "x86_64-linux/m.so", "aarch64-linux/m.so", "x86_64-darwin/m.dylib",
         "aarch64-darwin/m.dylib",
     },
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -92,8 +87,7 @@ def test_all_platforms_are_packed_or_nothing_is_written(package: Path, tmp_path:
     (package / "_platforms" / "x86-windows.dll").unlink()
     Model("sum", single("sum")).save(tmp_path / "m.model.toml")
     command = ["export", str(tmp_path / "m.model.toml"), "-o", str(tmp_path / "x.fmu"), "--platforms", "all"]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 2
+    done = invoked(command, status=2)
     (line,) = done.output.splitlines()
     assert "no binary is installed for x86_64-windows, x86-windows" in line
     assert not (tmp_path / "x.fmu").exists()
@@ -160,11 +154,7 @@ def test_the_universal_binary_holds_both_processors(crossed: Path) -> None:
 @pytest.mark.stress
 @pytest.mark.parametrize("name", [n for n in PLATFORMS if n.endswith("linux")])
 def test_it_needs_no_newer_c_library(crossed: Path, name: str) -> None:
-    assert needs_glibc_2_17(binary(crossed, name)) <= {
-        "libc.so.6",
-        "ld-linux-x86-64.so.2",
-        "ld-linux-aarch64.so.1",
-    }
+    assert needs_glibc_2_17(binary(crossed, name)) <= {"libc.so.6", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
 
 
 @pytest.mark.stress
@@ -215,6 +205,7 @@ LIMITS = {"host": 210_000, "all": 545_000}  # bytes
 MODELS = {hy.Model.load(p).key: p for p in sorted(SCENARIOS.rglob("*.model.toml"), key=lambda p: p.stat().st_size)}
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("which", ["host", "all"])
 def test_every_fmu_is_small(which: Literal["host", "all"], fmi: int, tmp_path: Path) -> None:
     if which == "all" and (missing := platforms.missing()):

@@ -12,16 +12,7 @@ import tomli_w
 from fmpy import simulate_fmu
 from fmu_master import Array, loop, rows, single
 from reference_fmus import reference_fmu
-from runners import (
-    READERS,
-    absent,
-    clock,
-    error,
-    run_by_fmpy,
-    run_by_libcosim,
-    run_by_unit,
-    run_in_container,
-)
+from runners import READERS, absent, clock, error, run_by_fmpy, run_by_libcosim, run_by_unit, run_in_container
 from test_keys import KEYS, LEARNED, REFUSED, H, fitted_model, signal_for
 
 import hystfmu as hy
@@ -99,6 +90,7 @@ def every_importer(model: Model, fmi: int, folder: Path) -> None:
     co_simulation(model, fmu, fmi, folder)
 
 
+@pytest.mark.turn("FMUs in importers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("key", "way", "fmi"), [*SLICE, *LONG])
 def test_every_importer(key: str, way: str, fmi: int, fitted: dict[str, Model], tmp_path: Path) -> None:
@@ -133,6 +125,7 @@ def ends(model: Model, fmi: int, tolerance: float, folder: Path) -> None:
         assert error == 0.0
 
 
+@pytest.mark.turn("FMUs in importers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 @pytest.mark.parametrize("key", DYNAMIC)
@@ -174,6 +167,7 @@ NO_ARCHIVE = {
 }
 
 
+@pytest.mark.turn("FMUs in importers")
 @pytest.mark.some(2)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FEW else pytest.mark.stress, id=n) for n in SHIPPED])
 def test_a_shipped_scenario(name: str, tmp_path: Path) -> None:

@@ -32,21 +32,14 @@ H = 1e-3
 W_N = 2 * np.pi * 60  # natural frequency of the mode in records for kinds with dynamics, rad/s
 SHORT: dict[str, Any] = {"starts": 1, "iterations": 25}
 OPTIONS: dict[str, dict[str, Any]] = {
-    "bouc_wen": {"starts": 2},
-    "bouc_wen_parallel": {"degree": 3, "rate": "no"},
-    "prandtl_ishlinskii": {"N": 20, "w0_min": 0.1},
-    "zhao_tan_mlp": SHORT,
-    "constraint_factor_mlp": SHORT,
-    "fitted_operator_mlp": {**SHORT, "N": 20},
-    "play_bank_mlp": {**SHORT, "N": 8},
-    "rate_mlp": {**SHORT, "N": 6},
+    "bouc_wen": {"starts": 2}, "bouc_wen_parallel": {"degree": 3, "rate": "no"},
+    "prandtl_ishlinskii": {"N": 20, "w0_min": 0.1}, "zhao_tan_mlp": SHORT, "constraint_factor_mlp": SHORT,
+    "fitted_operator_mlp": {**SHORT, "N": 20}, "play_bank_mlp": {**SHORT, "N": 8}, "rate_mlp": {**SHORT, "N": 6},
     "narx_network": {"lags": 2, "hidden": 3, "one_step": 20, "iterations": 10},
-    "polynomial_narx": {"n_u": 3, "n_f": 3, "n_k": 0},
-    "preisach": {"n": 16, "widths": 8, "means": 3, "rate": "no"},
-    "krasnoselskii_pokrovskii": {"levels": 12},
-    "actuator": {"N": 10, "dynamics": "no", "creep": "yes"},
+    "polynomial_narx": {"n_u": 3, "n_f": 3, "n_k": 0}, "preisach": {"n": 16, "widths": 8, "means": 3, "rate": "no"},
+    "krasnoselskii_pokrovskii": {"levels": 12}, "actuator": {"N": 10, "dynamics": "no", "creep": "yes"},
     "g0_prandtl_ishlinskii": {"N": 10},
-}
+}  # fmt: skip
 KEYS = [*METHODS, "duhem slopes=saturating", "preisach density=bell"]  # with the options that select other blocks
 WAYS = tuple(way for way in INVERSES if way != "adaptive")  # that one reads a measured output, too
 # words of the error for keys without an inverse of that kind
@@ -190,7 +183,7 @@ def signal_for(model: Model) -> Array:
     return (lo + hi) / 2 + (hi - lo) / 2 * signals.nested_reversals(12, 5, step=0.02)
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @every_key
 def test_a_key_gives_the_same_bits_everywhere(model: Model, tmp_path: Path) -> None:
     u = signal_for(model)
@@ -213,7 +206,7 @@ def ways() -> list[Any]:
     return [pytest.param(*row, marks=pytest.mark.stress if row in long else ()) for row in every]
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("model", "way"), ways(), indirect=["model"])
 def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path) -> None:
     model.save(tmp_path / "forward.model.toml")

@@ -85,12 +85,9 @@ def test_plays_are_exact_through_turning_points(seed):
         [hy.Output("y", "m.y")],
     )
     names = [
-        ("a.gain", 0),
-        *(("p.r", i) for i in range(n)),
-        *(("p.z0", i) for i in range(n)),
-        ("m.k", n),
+        ("a.gain", 0), *(("p.r", i) for i in range(n)), *(("p.z0", i) for i in range(n)), ("m.k", n),
         *(("m.k", i) for i in range(n)),
-    ]
+    ]  # fmt: skip
     order = [0, *range(2, 2 + n), *range(2 + 2 * n, 2 + 3 * n), 1, *range(2 + n, 2 + 2 * n)]
     got = derivatives(graph, u, names, np.ones(len(names)))
     assert np.abs(got - want[:, order]).max() <= 1e-12 * np.abs(want).max()
@@ -118,15 +115,9 @@ def test_bouc_wen_by_the_variational_equations(beta, gamma, n):
             s, at = np.sign(b - a), a
             while at != b:
                 rest = solve_ivp(
-                    lambda x, q, s: rates(x, s, q),
-                    (at, b),
-                    q,
-                    "DOP853",
-                    rtol=1e-11,
-                    atol=1e-13,
-                    args=(s,),
+                    lambda x, q, s: rates(x, s, q), (at, b), q, "DOP853", rtol=1e-11, atol=1e-13, args=(s,),
                     events=cross if q[0] else None,
-                )
+                )  # fmt: skip
                 at, q = rest.t[-1], rest.y[:, -1].copy()
                 if at != b:
                     q[0] = 0.0
@@ -188,7 +179,7 @@ def test_a_loop_reads_the_derivatives_of_the_last_step():
     assert np.quantile(error, 0.9) <= 1e-8 * np.abs(want).max()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("free parameters")
 def test_a_graph_with_an_implicit_inverse_is_fitted():
     """The core has no sensitivities there: whole runs take their place."""
     rng = np.random.default_rng(7)

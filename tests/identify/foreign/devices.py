@@ -222,20 +222,12 @@ def warm_stack(rng):
 
 
 DEVICES = {
-    "Coleman-Hodgdon piezo, mode, delay": coleman_hodgdon,
-    "battery, one state": battery,
-    "Jiles-Atherton, eddy lag": jiles_atherton,
-    "slip stage": slip_stage,
-    "LuGre": lugre,
-    "ferroelectric butterfly": butterfly,
-    "IPMC, back-relaxation": ipmc,
-    "Spencer's MR damper": mr_damper,
-    "shape-memory alloy": memory_alloy,
-    "Bouc-Wen + G0": bouc_wen_g0,
-    "plays + two modes": two_modes,
-    "dielectric elastomer": elastomer,
-    "stack, temperature and load": warm_stack,
-}
+    "Coleman-Hodgdon piezo, mode, delay": coleman_hodgdon, "battery, one state": battery,
+    "Jiles-Atherton, eddy lag": jiles_atherton, "slip stage": slip_stage, "LuGre": lugre,
+    "ferroelectric butterfly": butterfly, "IPMC, back-relaxation": ipmc, "Spencer's MR damper": mr_damper,
+    "shape-memory alloy": memory_alloy, "Bouc-Wen + G0": bouc_wen_g0, "plays + two modes": two_modes,
+    "dielectric elastomer": elastomer, "stack, temperature and load": warm_stack,
+}  # fmt: skip
 
 
 def draw(name: str, seed: int) -> Device:

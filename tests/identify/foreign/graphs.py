@@ -124,12 +124,9 @@ def two_modes(*drawn: float) -> Made:
     f, zeta, share = drawn[2 * PLAYS :]
     wires = [("plays.y", "first.u"), ("plays.y", "second.u"), ("first.y", "mix.u[1]"), ("second.y", "mix.u[2]")]
     nodes = [
-        _plays(3.0, drawn[: 2 * PLAYS]),
-        _mode("first", f, zeta),
-        _mode("second", 2.7 * f, zeta),
-        hy.Node("mix", "sum", {"n": 2}, {"k": [1 - share, share]}),
-        *_late(1.3, wires, "mix.y"),
-    ]
+        _plays(3.0, drawn[: 2 * PLAYS]), _mode("first", f, zeta), _mode("second", 2.7 * f, zeta),
+        hy.Node("mix", "sum", {"n": 2}, {"k": [1 - share, share]}), *_late(1.3, wires, "mix.y"),
+    ]  # fmt: skip
     dynamics = [f"{mode}.a[{k}]" for mode in ("first", "second") for k in (2, 3)]
     free = {**OF_PLAYS, **dict.fromkeys((*dynamics, "mix.k[2]", "late.k[2]"), True)}
     return _graph(nodes, wires, "late", u=("plays.u",)), free
@@ -167,13 +164,8 @@ def warm_stack(*drawn: float) -> Made:
 
 
 GRAPHS: dict[str, Callable[..., Made]] = {
-    "Coleman-Hodgdon piezo, mode, delay": coleman_hodgdon,
-    "battery, one state": battery,
-    "Jiles-Atherton, eddy lag": jiles_atherton,
-    "IPMC, back-relaxation": ipmc,
-    "Spencer's MR damper": mr_damper,
-    "Bouc-Wen + G0": bouc_wen_g0,
-    "plays + two modes": two_modes,
-    "dielectric elastomer": elastomer,
+    "Coleman-Hodgdon piezo, mode, delay": coleman_hodgdon, "battery, one state": battery,
+    "Jiles-Atherton, eddy lag": jiles_atherton, "IPMC, back-relaxation": ipmc, "Spencer's MR damper": mr_damper,
+    "Bouc-Wen + G0": bouc_wen_g0, "plays + two modes": two_modes, "dielectric elastomer": elastomer,
     "stack, temperature and load": warm_stack,
-}
+}  # fmt: skip

@@ -81,6 +81,7 @@ def late(device):
     return hy.fit(device[0], "g0_bouc_wen")
 
 
+@pytest.mark.turn("parameters of a kind")
 def test_the_dynamics_are_found_and_the_linear_part_is_that_of_least_squares(device, late):
     assert late.fit["f_n"] == pytest.approx(60.0, rel=0.01)
     assert late.fit["zeta"] == pytest.approx(0.4, rel=0.02)
@@ -216,7 +217,7 @@ def test_a_given_z0_and_a_small_n_max_bound_the_search(steep):
     assert 1.0 <= node.value("n")[0] <= 1.2
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("dynamics of a fit")
 def test_more_starts_are_never_worse_and_a_seed_repeats(steep):
     few, many, again = (hy.fit(steep, "bouc_wen", starts=n, dead_band=0.0) for n in (1, 6, 6))
     assert many.fit["rms"] <= few.fit["rms"] * (1 + 1e-3)

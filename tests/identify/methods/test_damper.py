@@ -35,6 +35,7 @@ def damper(u, c_0, c_1, k_0, k_1, alpha, beta, gamma, n):
     return c_1 * rate(w, z, u, v)[0] + k_1 * u
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_numbers_of_a_damper_are_found_in_units_of_measure(sign):
@@ -56,6 +57,7 @@ def test_the_numbers_of_a_damper_are_found_in_units_of_measure(sign):
     assert np.sqrt(np.mean(error**2)) <= 1e-3 * np.ptp(y)
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("form", FORMS)
 def test_the_fit_is_as_good_as_the_fit_of_the_true_structure(form):

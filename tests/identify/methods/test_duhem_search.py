@@ -139,7 +139,8 @@ def duhem_path(k, c, n=1500):
     return u, c + k * u + w
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("oscillators")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("least", [0.0, 0.05])
 def test_slopes_follow_from_the_increments(least):
     u, y = duhem_path(0.4, -0.2)

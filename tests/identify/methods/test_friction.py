@@ -50,6 +50,7 @@ def stage(u, m=2e-5, c=8e-4, k=1.0, springs=((0.03, 0.2), (0.1, 0.25), (0.25, 0.
     return np.array(out)
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("name", "key"), [("LuGre", "lugre"), ("slip stage", "maxwell_slip_oscillator")])
@@ -67,20 +68,16 @@ def test_the_numbers_of_the_friction_are_found_in_units_of_measure():
     model = hy.fit(hy.Dataset.from_signal(u + 1e-6, y + noise, H), "lugre")
     found = model.fit["free"]
     want = {
-        "friction.sigma_0": size * stiff,
-        "friction.sigma_1": size * damp,
-        "friction.sigma_2": size * viscous,
-        "friction.d_c": coulomb / stiff,
-        "friction.d_s": static / stiff,
-        "friction.v_s": v_s,
-        "readout.k[1]": 1e6,
-    }
+        "friction.sigma_0": size * stiff, "friction.sigma_1": size * damp, "friction.sigma_2": size * viscous,
+        "friction.d_c": coulomb / stiff, "friction.d_s": static / stiff, "friction.v_s": v_s, "readout.k[1]": 1e6,
+    }  # fmt: skip
     for name, value in want.items():
         # explicit steps differ from exact ones by less than a percent
         assert abs(found[name]["value"] - value) <= 5 * found[name]["standard_error"] + 0.01 * abs(value), name
     assert model.fit["parameters"] == 9
 
 
+@pytest.mark.turn("oscillators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_numbers_of_the_stage_are_found_from_two_records(sign):
@@ -103,7 +100,7 @@ def test_the_numbers_of_the_stage_are_found_from_two_records(sign):
         assert k @ np.minimum(r, x) == pytest.approx(want, rel=0.03)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("oscillators")
 def test_output_of_held_out_rows_is_not_used():
     u = tones(6)
     held = np.zeros(ROWS, dtype=bool)

@@ -95,6 +95,7 @@ def test_a_slow_sine_shows_no_mode_and_a_band_far_below():
     assert "no mode inside this band" in found.lines()[1]
 
 
+@pytest.mark.turn("records of a fit")
 def test_held_values_are_told_from_a_smooth_input():
     h, rng = 1e-4, np.random.default_rng()
     t = fine_time(8000, h)
@@ -117,7 +118,7 @@ def test_independent_noise_is_not_coherent():
     assert np.mean(over) < 0.04  # 1 % is meant; the first points hold the lines through the ends
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("records of a fit")
 def test_units_and_sign_do_not_matter():
     h, rng = 1e-4, np.random.default_rng(3)
     t = fine_time(5000, h)
@@ -150,7 +151,7 @@ def test_long_records_are_quick():
     assert time.process_time() - started < 10
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("records of a fit")
 def test_a_fit_keeps_the_evidence_in_file_print_and_page(tmp_path):
     h = 1e-4
     t = fine_time(6000, h)

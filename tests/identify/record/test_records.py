@@ -5,10 +5,9 @@ import json
 import numpy as np
 import plants
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 
 from hystfmu import Dataset, InputError, Model, fit, read
-from hystfmu.cli import main
 from hystfmu.data.signals import training
 from hystfmu.identify.catalogue import METHODS, method
 from hystfmu.identify.cuts import one_run
@@ -31,7 +30,7 @@ def parts():
     return [record(1), record(2, 0.9), record(3, -0.7)]
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("records of a fit")
 def test_a_fit_to_several_records_forgets_between_them(parts):
     data = Dataset.joined(parts)
     model = fit(data, "prandtl_ishlinskii", N=40)
@@ -43,7 +42,8 @@ def test_a_fit_to_several_records_forgets_between_them(parts):
     assert model.provenance["starts"] == list(data.starts)
 
 
-@pytest.mark.some(2)
+@pytest.mark.turn("records of a fit")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("key", KINDS)
 def test_every_kind_that_takes_records_runs_each_from_a_fresh_start(key, parts):
     data = Dataset.joined(parts)
@@ -53,7 +53,8 @@ def test_every_kind_that_takes_records_runs_each_from_a_fresh_start(key, parts):
     assert model.fit["rms_percent"] < 4
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("records of a fit")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("key", ["g0_prandtl_ishlinskii", pytest.param("actuator", marks=pytest.mark.stress)])
 def test_kinds_that_take_one_record_are_led_back_to_rest_between_several(key, parts):
     model = fit(Dataset.joined(parts), key)
@@ -91,7 +92,7 @@ def test_a_record_that_begins_at_an_end_of_the_range_counts_from_its_first_full_
     assert second[0] >= 0.9 * run.u.max()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("records of a fit")
 def test_records_from_files_and_from_a_column(tmp_path, parts):
     names = []
     for k, part in enumerate(parts):
@@ -109,8 +110,7 @@ def test_records_from_files_and_from_a_column(tmp_path, parts):
         assert "3 records" in repr(found)
     assert "records by 'run'" in column.read_as
     out = str(tmp_path / "m.model.toml")
-    done = CliRunner().invoke(main, ["fit", *names, "--model", "prandtl_ishlinskii", "-o", out, "--json"])
-    assert done.exit_code == 0, done.output
+    done = invoked(["fit", *names, "--model", "prandtl_ishlinskii", "-o", out, "--json"])
     assert json.loads(done.stdout)["rms_percent"] == Model.load(out).fit["rms_percent"] < 1
 
 

@@ -28,6 +28,7 @@ def record(before: float, noise: float = 1e-4, small: int = 0) -> hy.Dataset:
     return hy.Dataset(1e-3 * np.arange(2500), u, y + noise * np.ptp(y) * rng.standard_normal(2500))
 
 
+@pytest.mark.turn("records of a fit")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("before", [0.0, 1000.0])
 def test_a_device_that_came_from_one_side_is_followed_from_row_0(before: float) -> None:
@@ -107,7 +108,7 @@ def test_an_error_that_full_swings_leave_is_not_one_of_the_memory(monkeypatch: p
         rest(hy.Dataset.from_signal(u[::-1], y[::-1], 1e-3))
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("records of a fit")
 def test_an_inverse_has_a_linear_term_also_where_the_device_has_none() -> None:
     """The device has a dead zone of 20 V behind each reversal; `actuator` keeps its least slope there."""
     model = hy.fit(record(0.0), "actuator")
@@ -130,6 +131,7 @@ def path(turns: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(40 * (len(turns) - 1) + 1) / 40, np.arange(len(turns)), turns)
 
 
+@pytest.mark.turn("records of a fit")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", ["bouc_wen", "duhem", "g0_bouc_wen"])
 def test_a_model_of_bouc_wen_or_duhem_moves_to_the_first_input(key: str) -> None:

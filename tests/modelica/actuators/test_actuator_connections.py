@@ -113,6 +113,7 @@ def found(group: str) -> dict[str, dict[str, np.ndarray]]:
     return bench.beside(GROUPS[group], stop=0.01)
 
 
+@pytest.mark.turn("actuators in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("group", GROUPS)
 def test_the_balance_holds_in_every_circuit(group: str) -> None:

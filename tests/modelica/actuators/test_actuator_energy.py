@@ -78,6 +78,7 @@ def together(group: str) -> dict[str, dict[str, np.ndarray]]:
     return bench.beside(GROUPS[group], 2 * PERIOD, step=1e-6)
 
 
+@pytest.mark.turn("actuators in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("phase", QUARTERS)
 def test_work_is_the_loop_whatever_the_phase_of_the_force(phase: str) -> None:
@@ -93,6 +94,7 @@ def test_work_is_the_loop_whatever_the_phase_of_the_force(phase: str) -> None:
     assert lost == pytest.approx(e.loop + e.others, abs=1e-4 * e.exchanged)
 
 
+@pytest.mark.turn("actuators in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("slot", [s for s in DEFAULTS if s != "plays"])
 def test_every_model_in_the_slot_keeps_the_balance(slot: str) -> None:
@@ -161,6 +163,7 @@ def under_noise(kinds: tuple[str, ...]) -> dict[str, dict[str, np.ndarray]]:
     return bench.beside({kind: pushed(kind) for kind in kinds}, 2 * PERIOD, step=2e-6, tolerance=tolerance)
 
 
+@pytest.mark.turn("actuators in Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_random_input_gets_energy_out_of_a_passive_class(kind: str) -> None:

@@ -33,8 +33,7 @@ def test_a_controller_of_the_library_holds_a_stack_on_its_reference() -> None:
     """A spring beside the load takes a twentieth of the stroke, which the integral part gives back."""
     with_it = simulate.run("HystFMU.Examples.StackInLoop").instants()
     without = simulated(
-        "model Open extends HystFMU.Examples.StackInLoop(controller(Kp = 0, Ki = 0)); end Open;",
-        (library.ROOT,),
+        "model Open extends HystFMU.Examples.StackInLoop(controller(Kp = 0, Ki = 0)); end Open;", (library.ROOT,)
     )
     assert tracking(with_it) < 0.2
     assert tracking(without) > 1.5

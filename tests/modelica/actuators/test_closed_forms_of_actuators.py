@@ -30,7 +30,7 @@ def resonance(t: np.ndarray, s: np.ndarray, rest: float) -> float:
     return float((len(at) - 1) / (at[-1] - at[0]))
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("actuators in Modelica")
 def test_a_stack_gives_what_its_data_sheet_says() -> None:
     """Stroke, capacitance and resonance without load, force when blocked."""
     stack = f"DataSheetStack stack({linear(38e-6, 120)}, start = HystFMU.Types.Start.steady)"

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import simulate
 from click.testing import CliRunner
+from invoked import invoked
 from stacks import OPTIONS, SHEET, as_it_comes, demo, knee, slopes
 
 import hystfmu as hy
@@ -57,6 +58,7 @@ end Bench;
     return simulate.solve_text(text, 0.2, 1e-3, 1e-9, packages=(library.ROOT, package)).instants()
 
 
+@pytest.mark.turn("exported actuators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in STATIC])
 def test_the_actuator_follows_the_fmu_of_its_model(key: str, tmp_path: Path) -> None:
@@ -182,15 +184,12 @@ def test_a_bend_with_fewer_knots_goes_through_those_that_are_left() -> None:
         assert np.abs(bent(v, 0.0, 1.0, r, w) - bent(v, *fewer)).max() < 1e-12, seed
 
 
-@pytest.mark.parametrize(
-    ("sheet", "says"),
-    [
-        ({"stroke": 1e-5}, "both stroke and blocking_force"),
-        ({"stiffness": 1.0}, "no value 'stiffness'"),
-        ({"resonance": -1.0}, "'resonance' of a data sheet must be a float in"),
-        ({"capacitance": 1e-9}, "must exceed"),
-    ],
-)
+@pytest.mark.parametrize(("sheet", "says"), [
+    ({"stroke": 1e-5}, "both stroke and blocking_force"),
+    ({"stiffness": 1.0}, "no value 'stiffness'"),
+    ({"resonance": -1.0}, "'resonance' of a data sheet must be a float in"),
+    ({"capacitance": 1e-9}, "must exceed"),
+])  # fmt: skip
 def test_a_wrong_data_sheet_is_one_line(sheet: dict[str, float], says: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=re.escape(says)) as refused:
         demo("prandtl_ishlinskii").export_modelica(tmp_path / "Piezo", sheet=sheet)
@@ -202,8 +201,7 @@ def test_the_command_writes_the_actuator(tmp_path: Path) -> None:
     demo("prandtl_ishlinskii").save(tmp_path / "piezo.model.toml")
     command = ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)]
     given = [x for k, v in SHEET.items() for x in ("--sheet", f"{k}={v!r}")]
-    done = CliRunner().invoke(main, command + given)
-    assert done.exit_code == 0, done.output
+    done = invoked(command + given)
     assert "Piezo.ActuatorExample" in done.output
     direct = written("prandtl_ishlinskii", tmp_path / "direct")
     texts = [(p / "Actuator.mo").read_text().split("\n", 1)[1] for p in (tmp_path / "Piezo", direct)]

@@ -17,6 +17,7 @@ QUICK = ("jiles_atherton, strain", "prandtl_ishlinskii")
 KINDS = [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in stacks.ROD_KINDS]
 
 
+@pytest.mark.turn("exported actuators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("key", [k for k in KINDS if "g0_" not in str(k)])
 def test_a_rod_follows_its_model(key: str, tmp_path: Path) -> None:
@@ -52,6 +53,7 @@ end Bench;
     assert error <= BOUND
 
 
+@pytest.mark.turn("exported actuators")
 def test_a_data_sheet_gives_mass_coil_and_stiffness(tmp_path: Path) -> None:
     package = stacks.magnet().export_modelica(tmp_path / "Piezo", sheet={**stacks.ROD_SHEET, "inductance": 5e-3})
     text = (package / "Actuator.mo").read_text()
@@ -101,16 +103,13 @@ FALLING = hy.Model(
 )
 
 
-@pytest.mark.parametrize(
-    ("model", "sheet", "says"),
-    [
-        (FALLING, {}, "must rise with the input over its range. Got a change of -"),
-        (stacks.magnet(), {"capacitance": 1e-6}, "driven by A has no value 'capacitance'"),
-        (stacks.knee(), {"inductance": 1e-3}, "driven by V has no value 'inductance'"),
-        (stacks.magnet(strain=20.0), {}, "must rise with the input on every branch"),
-        (stacks.magnet(weight=-25.0), {}, "must rise with the input on every branch"),
-    ],
-)
+@pytest.mark.parametrize(("model", "sheet", "says"), [
+    (FALLING, {}, "must rise with the input over its range. Got a change of -"),
+    (stacks.magnet(), {"capacitance": 1e-6}, "driven by A has no value 'capacitance'"),
+    (stacks.knee(), {"inductance": 1e-3}, "driven by V has no value 'inductance'"),
+    (stacks.magnet(strain=20.0), {}, "must rise with the input on every branch"),
+    (stacks.magnet(weight=-25.0), {}, "must rise with the input on every branch"),
+])  # fmt: skip
 def test_what_is_no_rod_is_one_line(model: hy.Model, sheet: dict[str, float], says: str, tmp_path: Path) -> None:
     with pytest.raises(hy.InputError, match=says) as refused:
         model.export_modelica(tmp_path / "Piezo", sheet=sheet)

@@ -26,10 +26,7 @@ def test_a_load_on_an_actuator_with_a_mass_moves_as_one() -> None:
         return FED + parts, JOINED
 
     v = bench.beside(
-        {
-            "apart": loaded("m = 0.02", "m = 0.1"),
-            "whole": loaded("withMass = false", "m = 0.12, fixedStart = true"),
-        },
+        {"apart": loaded("m = 0.02", "m = 0.1"), "whole": loaded("withMass = false", "m = 0.12, fixedStart = true")},
         stop=0.01,
     )
     apart, whole = (v[name]["load.s"] for name in ("apart", "whole"))

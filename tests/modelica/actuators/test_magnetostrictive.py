@@ -38,7 +38,7 @@ def solved() -> dict[str, np.ndarray]:
     return dict(zip(("rod.pin_p.i", "rod.e", "rod.hysteresis.y", "load.s"), np.array(rows).T, strict=True))
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("actuators in Modelica")
 def test_rod_agrees_with_its_equations_solved_elsewhere() -> None:
     now = simulate.run("HystFMU.Examples.MagnetostrictiveRod").instants()
     rows = now["time"] <= STOP + 1e-9

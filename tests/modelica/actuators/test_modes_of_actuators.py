@@ -11,12 +11,11 @@ import library
 import numpy as np
 import pytest
 import simulate
-from click.testing import CliRunner
+from invoked import invoked
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 import hystfmu as hy
-from hystfmu.cli import main
 
 F_N, ZETA = 300.0, 0.1  # of the device
 STACK = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6}
@@ -76,6 +75,7 @@ def ringing(package: Path, ratio: float, f: float) -> tuple[float, float]:
     return found.x[0] / (2 * np.pi), found.x[1]
 
 
+@pytest.mark.turn("exported actuators")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("sheet", [None, STACK], ids=["assumed", "sheet"])
 @pytest.mark.parametrize("key", KINDS)
@@ -122,8 +122,7 @@ def test_an_unknown_mode_gives_no_mass(tmp_path: Path) -> None:
     assert not model.fit.get("f_n_se", np.inf) < 0.1 * model.fit["f_n"]
     model.save(tmp_path / "piezo.model.toml")
     command = ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 0, done.output
+    done = invoked(command)
     assert "no mass, because f_n = " in done.output
     assert "stiffness assumed, 2e+07 N/m" in done.output
     text = (tmp_path / "Piezo" / "Actuator.mo").read_text()
@@ -131,12 +130,12 @@ def test_an_unknown_mode_gives_no_mass(tmp_path: Path) -> None:
     assert not re.search(r"\n    m = ", text)
     command[-1] = str(tmp_path / "sheet")
     named = [*command, *(x for k, v in SHEET.items() for x in ("--sheet", f"{k}={v!r}"))]
-    done = CliRunner().invoke(main, named)
-    assert done.exit_code == 0, done.output
+    done = invoked(named)
     assert "kg and damping from the data sheet, resonance 2000 Hz, damping ratio 0.05" in done.output
     assert "withMass" not in (tmp_path / "sheet" / "Piezo" / "Actuator.mo").read_text()
 
 
+@pytest.mark.turn("exported actuators")
 def test_an_older_model_file_does_not_say_how_well_its_mode_is_known(tmp_path: Path) -> None:
     model = fitted("g0_prandtl_ishlinskii")
     older = {k: v for k, v in model.fit.items() if not k.endswith("_se")}

@@ -35,7 +35,7 @@ def simulated(package: Path, declared: str, joined: str) -> dict[str, np.ndarray
     return simulate.solve_text(text, 0.1, 1e-3, 1e-9, packages=(library.ROOT, package)).instants()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("exported actuators")
 def test_a_temperature_is_a_port_in_kelvin(tmp_path: Path) -> None:
     """Joined to a constant of 293.15 K, the block gives what the model predicts at 20 degC."""
     package = model().export_modelica(tmp_path / "Piezo")

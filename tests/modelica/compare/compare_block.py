@@ -86,15 +86,9 @@ def compare(name: str) -> Outcome:
         assert 0.05 < np.mean(limited) < 0.8, "both with and without the limits"
     reference, tube = against_reference(name, now["time"], got, 10 * max(limit, 1e-10))
     return Outcome(
-        name,
-        len(got),
-        trajectory.events,
-        trajectory.seconds,
-        error_c=error,
-        bound_c=limit,
-        error_reference=reference,
+        name, len(got), trajectory.events, trajectory.seconds, error_c=error, bound_c=limit, error_reference=reference,
         tube=tube,
-    )
+    )  # fmt: skip
 
 
 def bound(model: library.Class, c: library.Class) -> float:

@@ -41,11 +41,4 @@ def compare(name: str) -> Outcome:
     top = w0 * hi + np.dot(w, hi - r)
     assert np.max(y) > top
     assert lo < np.min(u) < -0.5
-    return Outcome(
-        name,
-        len(y),
-        trajectory.events,
-        trajectory.seconds,
-        error_c=relative(u, expected),
-        bound_c=ROUNDING,
-    )
+    return Outcome(name, len(y), trajectory.events, trajectory.seconds, error_c=relative(u, expected), bound_c=ROUNDING)

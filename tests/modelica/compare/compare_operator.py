@@ -70,12 +70,6 @@ def compare(name: str) -> Outcome:
     assert np.ptp(expected, axis=0).min() > 0, "an output that does not move tests nothing"
     reference, tube = against_reference(name, rows["time"], got, TUBE[kind])
     return Outcome(
-        name,
-        len(got),
-        trajectory.events,
-        trajectory.seconds,
-        error_c=relative(got, expected),
-        bound_c=limit,
-        error_reference=reference,
-        tube=tube,
-    )
+        name, len(got), trajectory.events, trajectory.seconds, error_c=relative(got, expected), bound_c=limit,
+        error_reference=reference, tube=tube,
+    )  # fmt: skip

@@ -36,21 +36,14 @@ ROUNDING = 1e-12  # |Modelica - predict| / span of predict
 OSCILLATORS = ("bouc_wen_oscillator", "duhem_oscillator", "maxwell_slip_oscillator")
 QUICK: dict[str, Any] = {"starts": 1, "iterations": 10, "hidden": 3}
 OPTIONS: dict[str, dict[str, Any]] = {
-    "prandtl_ishlinskii": {"N": 8},
-    "zhao_tan_mlp": {**QUICK, "range": 1.0},
-    "constraint_factor_mlp": {**QUICK, "m": 3},
-    "fitted_operator_mlp": {**QUICK, "N": 8},
-    "play_bank_mlp": {**QUICK, "N": 4},
-    "krasnoselskii_pokrovskii": {"levels": 4},
-    "preisach": {"n": 6, "widths": 4, "means": 2, "rate": "yes"},
+    "prandtl_ishlinskii": {"N": 8}, "zhao_tan_mlp": {**QUICK, "range": 1.0}, "constraint_factor_mlp": {**QUICK, "m": 3},
+    "fitted_operator_mlp": {**QUICK, "N": 8}, "play_bank_mlp": {**QUICK, "N": 4},
+    "krasnoselskii_pokrovskii": {"levels": 4}, "preisach": {"n": 6, "widths": 4, "means": 2, "rate": "yes"},
     "polynomial_narx": {"n_u": 2, "n_f": 2, "n_y": 1},
-    "narx_network": {"lags": 2, "hidden": 2, "one_step": 10, "iterations": 5},
-    "bouc_wen": {"starts": 1},
-    "duhem": {"q": 2},
-    "rate_mlp": {**QUICK, "N": 4},
-    "actuator": {"N": 6, "dynamics": "no", "creep": "yes"},
+    "narx_network": {"lags": 2, "hidden": 2, "one_step": 10, "iterations": 5}, "bouc_wen": {"starts": 1},
+    "duhem": {"q": 2}, "rate_mlp": {**QUICK, "N": 4}, "actuator": {"N": 6, "dynamics": "no", "creep": "yes"},
     "g0_prandtl_ishlinskii": {"N": 6},
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -31,13 +31,10 @@ def large_network() -> Model:
 def sources() -> Model:
     """Every source beside the input, with every shape of the reference."""
     shapes = {
-        "sine": {},
-        "triangle": {"phase": 0.3},
-        "decaying_sine": {"decay": 0.4},
-        "multisine": {"f": [1.0, 2.5], "a": [0.5, 0.2]},
-        "steps": {"levels": [0.2, -0.3, 0.5], "T": 0.5},
+        "sine": {}, "triangle": {"phase": 0.3}, "decaying_sine": {"decay": 0.4},
+        "multisine": {"f": [1.0, 2.5], "a": [0.5, 0.2]}, "steps": {"levels": [0.2, -0.3, 0.5], "T": 0.5},
         "random_reversals": {"seed": 7},
-    }
+    }  # fmt: skip
     nodes = [Node(k, "reference", {}, {"shape": k, **v}) for k, v in shapes.items()]
     nodes += [Node("w", "noise", {}, {"sigma": 0.1, "seed": 5}), Node("d", "disturbance", {}, {"step": 0.3})]
     wires = [(f"{n.name}.{n.block.of('output')[0].name}", f"total.u[{i + 2}]") for i, n in enumerate(nodes)]

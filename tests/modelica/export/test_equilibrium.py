@@ -55,14 +55,12 @@ def at_constant(model: Model, kind: str, folder: Path) -> dict[str, np.ndarray]:
 
 
 CASES = [
-    ("prandtl_ishlinskii", "Model", 2),
-    ("prandtl_ishlinskii", "Events", 2),
-    ("prandtl_ishlinskii", "Events", IN_A_ROW),
-    ("prandtl_ishlinskii", "Smooth", 4),
-    ("preisach", "Events", 2),
-]
+    ("prandtl_ishlinskii", "Model", 2), ("prandtl_ishlinskii", "Events", 2), ("prandtl_ishlinskii", "Events", IN_A_ROW),
+    ("prandtl_ishlinskii", "Smooth", 4), ("preisach", "Events", 2),
+]  # fmt: skip
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("hysteresis", "kind", "count"), CASES)
 def test_constant_voltage_moves_nothing(hysteresis: str, kind: str, count: int, tmp_path: Path) -> None:

@@ -9,9 +9,8 @@ import exported
 import numpy as np
 import pytest
 import realisation_table
-from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu.cli import main
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
@@ -21,6 +20,7 @@ from hystfmu.modelica.realisation import kinds, left_out, missing
 QUICK = ("g0_prandtl_ishlinskii",)  # also the start of dynamics behind events
 
 
+@pytest.mark.turn("exported Modelica")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     "key", [k if k in QUICK else pytest.param(k, marks=pytest.mark.stress) for k in exported.CONTINUOUS_KEYS]
@@ -48,7 +48,7 @@ def micrometres(key: str = "play_bank") -> Model:
     return Model(key, graph, 1e-3, "two plays", provenance={"span_u": [0.0, 100.0]})
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("exported Modelica")
 def test_ports_are_in_si_units(tmp_path: Path) -> None:
     """Millivolts and micrometres of the model are volts and metres at the ports; the loop is the same."""
     model = micrometres()
@@ -66,16 +66,10 @@ def test_ports_are_in_si_units(tmp_path: Path) -> None:
         assert o.good, exported.line(o)
 
 
-@pytest.mark.parametrize(
-    ("unit", "expected"),
-    [
-        ("um", ("m", 1e-6)),
-        ("kV/mm", ("V/m", 1e6)),
-        ("Oe", ("A/m", 1e3 / (4 * np.pi))),
-        ("", ("", 1.0)),
-        ("furlong", ("", 1.0)),
-    ],
-)
+@pytest.mark.parametrize(("unit", "expected"), [
+    ("um", ("m", 1e-6)), ("kV/mm", ("V/m", 1e6)), ("Oe", ("A/m", 1e3 / (4 * np.pi))), ("", ("", 1.0)),
+    ("furlong", ("", 1.0)),
+])  # fmt: skip
 def test_unit_of_measure_in_si(unit: str, expected: tuple[str, float]) -> None:
     assert si(unit)[0] == expected[0]
     assert si(unit)[1] == pytest.approx(expected[1], rel=1e-15)
@@ -95,22 +89,19 @@ def test_limits_of_a_scaling_hold_the_rate(tmp_path: Path) -> None:
         assert o.good, exported.line(o)
 
 
-@pytest.mark.parametrize(
-    ("key", "has", "lacks"),
-    [
-        (
-            "preisach",
-            ["Events"],
-            {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
-        ),
-        ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
-        (
-            "narx_network",
-            [],
-            dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("key", "has", "lacks"), [
+    (
+        "preisach",
+        ["Events"],
+        {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
+    ),
+    ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
+    (
+        "narx_network",
+        [],
+        dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
+    ),
+])  # fmt: skip
 def test_reason_is_said_where_a_realisation_is_left_out(
     key: str, has: list[str], lacks: dict[str, str], tmp_path: Path
 ) -> None:
@@ -118,8 +109,7 @@ def test_reason_is_said_where_a_realisation_is_left_out(
     model = exported.small(key)
     assert kinds(model.graph) == has
     model.save(tmp_path / "piezo.model.toml")
-    done = CliRunner().invoke(main, ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)])
     files = {f.stem for f in (tmp_path / "Piezo").iterdir()}
     assert files & {"Events", "Smooth"} == set(has)
     for kind, why in lacks.items():
@@ -159,12 +149,9 @@ def two_ports(*behind: Node) -> Model:
     wires = [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(nodes)]
     inputs = [Input("u", ("add.u[1]",)), Input("d", ("add.u[2]",), unit="V")]
     return Model(
-        "made",
-        Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]),
-        1e-3,
-        "two ports",
+        "made", Graph(nodes, wires, inputs, [Output("y", f"{nodes[-1].name}.y")]), 1e-3, "two ports",
         provenance={"span_u": [-1.0, 1.0]},
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.stress

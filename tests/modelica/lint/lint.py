@@ -18,14 +18,8 @@ from syntax_tree import is_array, text_of
 
 Rule = Callable[[library.Class], Iterator[str]]
 PARTS = (
-    lint_equations,
-    lint_graphics,
-    lint_variability,
-    lint_functions,
-    lint_units,
-    lint_inheritance,
-    lint_annotations,
-)
+    lint_equations, lint_graphics, lint_variability, lint_functions, lint_units, lint_inheritance, lint_annotations,
+)  # fmt: skip
 ARRAY_CALLS = {"fill", "zeros", "ones", "linspace", "cat"}
 
 

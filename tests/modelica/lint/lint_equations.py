@@ -132,16 +132,9 @@ def event_storm(c: library.Class) -> Iterator[str]:
 
 
 RULES = (
-    outside_when,
-    assigned_input,
-    protected_access,
-    unlike_units,
-    equal_reals,
-    connected_twice,
-    without_start,
-    own_value,
-    event_storm,
-)
+    outside_when, assigned_input, protected_access, unlike_units, equal_reals, connected_twice, without_start,
+    own_value, event_storm,
+)  # fmt: skip
 
 
 def _relations(e: Any) -> Iterator[ast.Expression]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from called import Array, Called, built_from_source, run_on_target, same_bits
 from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -68,6 +69,7 @@ def test_commands_of_a_shipped_loop(
         same_bits(lambda c=called: c, columns, want)
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("scenario", "case", "fmi"), [("pid", "sine_10", 2), ("stage/irc_repetitive", "scan_100", 3)])
 def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: Path) -> None:
@@ -76,8 +78,7 @@ def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: 
     _, _, ends, command = next(row for row in SHIPPED if row[:2] == (scenario, case))
     columns, want = recorded(scenario, case, ends, command)
     words = ["export", str(ROOT / "scenarios" / scenario), "--controller", "--case", case, "--fmi", str(fmi)]
-    done = CliRunner().invoke(main, [*words, "--source", "-o", str(tmp_path / "c.fmu")])
-    assert done.exit_code == 0, done.output
+    invoked([*words, "--source", "-o", str(tmp_path / "c.fmu")])
     made = built_from_source(tmp_path / "c.fmu", tmp_path / "built")
     same_bits(lambda: Called(made, tmp_path / "called"), columns, want)
 
@@ -85,6 +86,7 @@ def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: 
 COMPILERS = {"c": ["cc", "-std=c99"], "c++": ["g++", "-x", "c++", "-std=c++20"]}
 
 
+@pytest.mark.turn("compiled loops")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scenario", "case", "language"),
@@ -96,8 +98,7 @@ def test_commands_of_the_files_for_a_target(scenario: str, case: str, language: 
     _, _, ends, command = next(row for row in SHIPPED if row[:2] == (scenario, case))
     columns, want = recorded(scenario, case, ends, command)
     words = ["export", str(ROOT / "scenarios" / scenario), "--controller", "--case", case, "--name", "loop"]
-    done = CliRunner().invoke(main, [*words, "--c", str(tmp_path / "target")])
-    assert done.exit_code == 0, done.output
+    invoked([*words, "--c", str(tmp_path / "target")])
     got = run_on_target(tmp_path / "target", "loop", columns, COMPILERS[language])
     assert got.tobytes() == want.tobytes()
 
@@ -115,7 +116,7 @@ def test_program_of_the_page_compiles(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("compiled loops")
 def test_files_for_a_target_need_no_allocator(tmp_path: Path) -> None:
     if not shutil.which("cc"):
         pytest.skip("no C compiler")

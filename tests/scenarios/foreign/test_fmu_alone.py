@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from invoked import invoked
 from reference_fmus import reference_fmu
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -41,7 +42,8 @@ def of_all(model: str, first: str) -> list[Any]:
     return [f"{first}/{model}", pytest.param(f"fmi2/{model}", marks=pytest.mark.stress), f"fmi3/{model}"]
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a foreign FMU alone")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [3, pytest.param(2, marks=pytest.mark.stress)])
 def test_model_exchange_of_a_lag_follows_its_closed_form(tmp_path: Path, fmi: int) -> None:
     """y' = (u - y)/T with an input held over each step; the rows of the file lie between the steps."""
@@ -74,6 +76,7 @@ def test_dahlquist_steps_by_its_own_euler_in_co_simulation(name: str) -> None:
     assert np.abs(run.values["x"] - 0.9 ** np.arange(51)).max() < 1e-14
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", of_all("BouncingBall", "fmi1me"))
 def test_bouncing_ball_meets_the_times_of_its_bounces(tmp_path: Path, name: str) -> None:
@@ -138,21 +141,13 @@ def test_arrays_sized_by_structural_parameters(tmp_path: Path) -> None:
 
 
 TYPES = {
-    "Float32_continuous": "1.5",
-    "Float64_discrete": "-2.25",
-    "Int8": "-128",
-    "UInt8": "255",
-    "Int16": "-32768",
-    "UInt16": "65535",
-    "Int32": "-2147483648",
-    "UInt32": "4294967295",
-    "Int64": "-9007199254740992",
-    "UInt64": "9007199254740992",
-    "Boolean": "1",
-    "Enumeration": "2",
-}
+    "Float32_continuous": "1.5", "Float64_discrete": "-2.25", "Int8": "-128", "UInt8": "255", "Int16": "-32768",
+    "UInt16": "65535", "Int32": "-2147483648", "UInt32": "4294967295", "Int64": "-9007199254740992",
+    "UInt64": "9007199254740992", "Boolean": "1", "Enumeration": "2",
+}  # fmt: skip
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("interface", ["Co-Simulation", "Model Exchange"])
 def test_every_type_of_variable(tmp_path: Path, interface: str) -> None:
@@ -174,30 +169,24 @@ def test_every_type_of_variable(tmp_path: Path, interface: str) -> None:
 
 
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("cell", "message"),
-    [
-        ("Int8_input\n0,200", "Int8_input: 200 does not fit the type Int8"),
-        ("UInt16_input\n0,-1", "UInt16_input: -1 does not fit the type UInt16"),
-        ("Int32_inputs\n0,1", "'Int32_inputs' is no input of"),
-    ],
-)
+@pytest.mark.parametrize(("cell", "message"), [
+    ("Int8_input\n0,200", "Int8_input: 200 does not fit the type Int8"),
+    ("UInt16_input\n0,-1", "UInt16_input: -1 does not fit the type UInt16"),
+    ("Int32_inputs\n0,1", "'Int32_inputs' is no input of"),
+])  # fmt: skip
 def test_a_value_that_cannot_be_carried_is_refused(tmp_path: Path, cell: str, message: str) -> None:
     (tmp_path / "in.csv").write_text(f"t,{cell}\n")
     with pytest.raises(Exception, match=message):
         run_fmu(reference_fmu("fmi3/Feedthrough"), tmp_path / "in.csv")
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("a,b\n1,2\n2,3\n", "a column of time is needed, named t or time; there are 'a', 'b'"),
-        ("t [m],v\n1,2\n2,3\n", "the time must be in s, "),
-        ("t,z\n1,2\n2,3\n", "'z' is no input of {}; there are v, u_1, u_2"),
-        ("t,u_1\n1,2\n2,3\n", "the input 'u' needs columns for all elements; 'u_2' is missing"),
-        ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and the table must have a row"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    ("a,b\n1,2\n2,3\n", "a column of time is needed, named t or time; there are 'a', 'b'"),
+    ("t [m],v\n1,2\n2,3\n", "the time must be in s, "),
+    ("t,z\n1,2\n2,3\n", "'z' is no input of {}; there are v, u_1, u_2"),
+    ("t,u_1\n1,2\n2,3\n", "the input 'u' needs columns for all elements; 'u_2' is missing"),
+    ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and the table must have a row"),
+])  # fmt: skip
 def test_a_table_that_does_not_fit(pair: Path, text: str, said: str) -> None:
     table = pair.with_name("u.csv")
     table.write_text(text)
@@ -214,6 +203,7 @@ def pair(tmp_path: Path) -> Path:
     return export_fmu(Graph(nodes, [], inputs, outputs).with_step(0.5), tmp_path / "pair.fmu", fmi=3, stop=2.0)
 
 
+@pytest.mark.turn("a foreign FMU alone")
 def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> None:
     """Times in ms; what a row says at a communication point holds in the step that begins there."""
     table = pair.with_name("u.csv")
@@ -225,31 +215,26 @@ def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> Non
     assert run.values["y_2"].tolist() == [-1, -1, -2, *(-np.interp([1.0, 1.5], [0.5, 2], [2, 3])).tolist()]
 
 
+@pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("given", "want"),
-    [
-        ({}, (0.5, 2.0)),
-        ({"stop": 3.0}, (0.5, 3.0)),
-        ({"step": 0.25}, (0.25, 2.0)),
-        ({"step": 1.0, "stop": 4.0}, (1.0, 4.0)),
-    ],
-)
+@pytest.mark.parametrize(("given", "want"), [
+    ({}, (0.5, 2.0)),
+    ({"stop": 3.0}, (0.5, 3.0)),
+    ({"step": 0.25}, (0.25, 2.0)),
+    ({"step": 1.0, "stop": 4.0}, (1.0, 4.0)),
+])  # fmt: skip
 def test_times_and_steps(pair: Path, given: dict[str, float], want: tuple[float, float]) -> None:
     run = run_fmu(pair, None, None, **given)  # type: ignore[arg-type]
     assert (run.t[1], run.t[-1]) == want
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        ({"stop": -1.0}, "the stop time must be finite and after the start at 0 s; got -1"),
-        ({"step": 0.0, "stop": 1.0}, "the step must be finite and greater than 0; got 0"),
-        ({"step": 1e-12, "stop": 1.0}, "1e\\+12 steps of 1e-12 s; at least 1 and at most 10000000 can run"),
-        ({"settings": {"kk": 1}}, "no parameter 'kk'; there are b, a"),
-        ({}, "The FMU states no stop time. Give it with --stop"),
-    ],
-)
+@pytest.mark.parametrize(("more", "message"), [
+    ({"stop": -1.0}, "the stop time must be finite and after the start at 0 s; got -1"),
+    ({"step": 0.0, "stop": 1.0}, "the step must be finite and greater than 0; got 0"),
+    ({"step": 1e-12, "stop": 1.0}, "1e\\+12 steps of 1e-12 s; at least 1 and at most 10000000 can run"),
+    ({"settings": {"kk": 1}}, "no parameter 'kk'; there are b, a"),
+    ({}, "The FMU states no stop time. Give it with --stop"),
+])  # fmt: skip
 def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, Any], message: str) -> None:
     graph = Graph.single(Node("lag", "transfer_function", {"na": 1, "nb": 0}, {"b": [1.0], "a": [0.1, 1.0]}))
     export_fmu(graph.with_step(1e-3), tmp_path / "lag.fmu")
@@ -259,29 +244,17 @@ def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, An
         run_fmu(path, **more)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a foreign FMU alone")
 def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
-    from click.testing import CliRunner
-
-    from hystfmu.cli import main
 
     export_fmu(Graph.single(Node("gain", "scaling", {"n": 1})).with_step(0.01), tmp_path / "gain.fmu")
     (tmp_path / "in.csv").write_text("t,u\n0,0\n1,1\n")
     out = tmp_path / "out.csv"
     command = [
-        "simulate",
-        str(tmp_path / "gain.fmu"),
-        "--input",
-        str(tmp_path / "in.csv"),
-        "--set",
-        "gain=-3",
-        "--stop",
-        "1",
-    ]
-    done = CliRunner().invoke(main, [*command, "--step", "0.25", "-o", str(out)])
-    assert done.exit_code == 0, done.output
+        "simulate", str(tmp_path / "gain.fmu"), "--input", str(tmp_path / "in.csv"), "--set", "gain=-3", "--stop", "1",
+    ]  # fmt: skip
+    done = invoked([*command, "--step", "0.25", "-o", str(out)])
     assert out.read_text() == "t,y\n0.0,0.0\n0.25,0.0\n0.5,-0.75\n0.75,-1.5\n1.0,-2.25\n"
     assert "5 rows, 0 to 1 s\ny  min -2.25  max 0  end -2.25" in done.output
-    done = CliRunner().invoke(main, [*command, "--coupling", "jacobi"])
-    assert done.exit_code == 2
+    done = invoked([*command, "--coupling", "jacobi"], status=2)
     assert "gain.fmu: --coupling is an option of .ssp files." in done.output

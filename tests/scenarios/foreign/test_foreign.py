@@ -48,18 +48,15 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int, 
         ready(write(loop))
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
-@pytest.mark.parametrize(
-    ("defect", "message"),
-    [
-        pytest.param("abort()", "the process that ran bad crashed .SIGABRT.", marks=pytest.mark.stress),
-        ("*(volatile int *)0 = 0", "the process that ran bad crashed .SIGSEGV."),
-        (SLEEPS, "not finished after 1 s"),
-        pytest.param(SPINS, "not finished after 1 s", marks=pytest.mark.stress),
-        ("return fmi2Error", "bad refuses the step"),
-    ],
-)
+@pytest.mark.parametrize(("defect", "message"), [
+    pytest.param("abort()", "the process that ran bad crashed .SIGABRT.", marks=pytest.mark.stress),
+    ("*(volatile int *)0 = 0", "the process that ran bad crashed .SIGSEGV."),
+    (SLEEPS, "not finished after 1 s"),
+    pytest.param(SPINS, "not finished after 1 s", marks=pytest.mark.stress),
+    ("return fmi2Error", "bad refuses the step"),
+])  # fmt: skip
 def test_what_foreign_code_does_stays_in_its_process(
     loop: Any, write: Any, engine: str, defect: str, message: str
 ) -> None:
@@ -75,15 +72,12 @@ def test_what_foreign_code_does_stays_in_its_process(
         simulate(system, run=Run(engine, seconds=1.0 if "finished" in message else 60.0))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("where", "steps", "hangs"),
-    [
-        pytest.param("local", 4, SLEEPS, marks=pytest.mark.stress),
-        pytest.param("cluster", 2, SLEEPS, marks=pytest.mark.stress),
-        pytest.param("local", 10, SPINS, marks=pytest.mark.stress),
-        pytest.param("cluster of processes", 4, SPINS, marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize(("where", "steps", "hangs"), [
+    pytest.param("local", 4, SLEEPS, marks=pytest.mark.stress),
+    pytest.param("cluster", 2, SLEEPS, marks=pytest.mark.stress),
+    pytest.param("local", 10, SPINS, marks=pytest.mark.stress),
+    pytest.param("cluster of processes", 4, SPINS, marks=pytest.mark.stress),
+])  # fmt: skip
 def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
     loop: Any, write: Any, tmp_path: Path, where: str, steps: int, hangs: str
 ) -> None:
@@ -142,6 +136,7 @@ def test_an_archive_that_would_write_elsewhere_is_refused(loop: Any, write: Any,
     assert list(cache.iterdir()) == []
 
 
+@pytest.mark.turn("foreign units")
 def test_unconnected_inputs_keep_their_start_values(loop: Any, write: Any) -> None:
     add(loop, write, 2)
     loop["units"]["pid"] = {"fmu": "pid.fmu"}  # u_ff has the start value 0
@@ -229,14 +224,11 @@ def moved(to: str) -> Edit:
     return lambda name, content: (re.sub(r"^binaries/[^/]*/plays", f"binaries/{to}", name), content)
 
 
-@pytest.mark.parametrize(
-    ("edit", "there"),
-    [
-        (lambda n, c: None if n.startswith("binaries/") else (n, c), "it has no binaries"),
-        (moved("vax64/plays"), "it has binaries for vax64"),
-        (moved("{own}/other"), "there is other"),
-    ],
-)
+@pytest.mark.parametrize(("edit", "there"), [
+    (lambda n, c: None if n.startswith("binaries/") else (n, c), "it has no binaries"),
+    (moved("vax64/plays"), "it has binaries for vax64"),
+    (moved("{own}/other"), "there is other"),
+])  # fmt: skip
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_no_binary_for_this_platform(tmp_path: Path, edit: Edit, there: str, fmi: int) -> None:
     own = fmpy.platform if fmi == 2 else fmpy.platform_tuple
@@ -248,19 +240,16 @@ def test_no_binary_for_this_platform(tmp_path: Path, edit: Edit, there: str, fmi
     assert str(e.value).endswith(f"Ask its maker for one for {own}.")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('modelIdentifier="plays"', 'modelIdentifier="../../plays"', r"modelIdentifier must be the name of a file"),
-        ('modelIdentifier="plays"', f'modelIdentifier="{"p" * 400}"', "no binary for this platform: .* is missing"),
-        ('fmiVersion="2.0"', "", r"fmiVersion must be 1\.0, 2\.0 or 3\.0\. Got '' instead"),
-        ("UTF-8", "UTF-7", "modelDescription.xml: "),
-        ('valueReference="0"', 'valueReference="a"', r"\(line \d+.*valueReference': 'a' is not a valid value"),
-        ('stopTime="[^"]*"', 'stopTime="soon"', r"stopTime must be a number\. Got 'soon' instead"),
-        ('name="u"(.*\n.*)start="0.0"', r'name="u"\1start="zero"', r"u: the start value must be a number\. Got 'zero'"),
-        ('name="u"', 'name="z_1"', r"names of their own\. 'z_1' occurs twice"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ('modelIdentifier="plays"', 'modelIdentifier="../../plays"', r"modelIdentifier must be the name of a file"),
+    ('modelIdentifier="plays"', f'modelIdentifier="{"p" * 400}"', "no binary for this platform: .* is missing"),
+    ('fmiVersion="2.0"', "", r"fmiVersion must be 1\.0, 2\.0 or 3\.0\. Got '' instead"),
+    ("UTF-8", "UTF-7", "modelDescription.xml: "),
+    ('valueReference="0"', 'valueReference="a"', r"\(line \d+.*valueReference': 'a' is not a valid value"),
+    ('stopTime="[^"]*"', 'stopTime="soon"', r"stopTime must be a number\. Got 'soon' instead"),
+    ('name="u"(.*\n.*)start="0.0"', r'name="u"\1start="zero"', r"u: the start value must be a number\. Got 'zero'"),
+    ('name="u"', 'name="z_1"', r"names of their own\. 'z_1' occurs twice"),
+])  # fmt: skip
 def test_description_that_cannot_be_read(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = edited(tmp_path, described(old, new))
     with pytest.raises(InputError, match=message) as e:
@@ -270,6 +259,7 @@ def test_description_that_cannot_be_read(tmp_path: Path, old: str, new: str, mes
     assert len(str(e.value)) < 600
 
 
+@pytest.mark.turn("foreign units")
 def test_what_the_fmu_says_when_it_makes_no_instance(tmp_path: Path) -> None:
     path = edited(tmp_path, described('guid="', 'guid="another'))
     with pytest.raises(InputError, match=r"cannot be instantiated: .*The token 'another.* does not belong"):
@@ -297,6 +287,7 @@ def feedthrough(loop: Any, write: Any, name: str) -> Path:
     return Path(write(loop))
 
 
+@pytest.mark.turn("foreign units")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("kind", "want"), [("Int16", np.round), ("Boolean", lambda r: (r >= 0.5).astype(float))])
 def test_a_whole_number_is_the_nearest_and_a_boolean_true_from_one_half_on(
@@ -307,6 +298,7 @@ def test_a_whole_number_is_the_nearest_and_a_boolean_true_from_one_half_on(
     assert {0.0, 1.0} <= set(trace[f"x.{kind}_output"])
 
 
+@pytest.mark.turn("foreign units")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_number_that_does_not_fit_stops_the_run(loop: Any, write: Any, engine: Any) -> None:
@@ -342,6 +334,7 @@ def test_fmi_1_in_both_engines(loop: Any, write: Any) -> None:
         simulate(ready(write(loop)))
 
 
+@pytest.mark.turn("foreign units")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_adapted_fmu_is_never_asked_for_tangents(loop: Any, write: Any, engine: Any) -> None:

@@ -26,14 +26,9 @@ SCENARIOS = {
     for f in sorted((ROOT / "scenarios").glob("**/scenario.toml"))
 }
 QUICK = (
-    "cascade_1khz",
-    "iterative_learning_1khz",
-    "open_loop_1khz",
-    "pid",
-    "pid_1khz",
-    "sliding_mode_2005_1khz",
+    "cascade_1khz", "iterative_learning_1khz", "open_loop_1khz", "pid", "pid_1khz", "sliding_mode_2005_1khz",
     "papers/zhao_tan_2008_model",
-)
+)  # fmt: skip
 MORE = {
     "pid": ["noise_10", "disturbance_10", "up_400_two_steps_100", "everything_10"],
     "cascade": ["bouc_wen_sine_100", "bouc_wen_up_600_10"],
@@ -102,16 +97,13 @@ def differences(system: System) -> tuple[float, float]:
     return along, abs(float(np.sqrt(np.mean(e**2))) - recorded / 100 * stroke) / span
 
 
-@pytest.mark.some(2)
-@pytest.mark.parametrize(
-    ("name", "case"),
-    [
-        pytest.param(
-            *c, marks=() if c[0] in QUICK and c[1] is None else pytest.mark.stress, id="/".join(filter(None, c))
-        )
-        for c in CASES
-    ],
-)
+@pytest.mark.some(1)
+@pytest.mark.parametrize(("name", "case"), [
+    pytest.param(
+        *c, marks=() if c[0] in QUICK and c[1] is None else pytest.mark.stress, id="/".join(filter(None, c))
+    )
+    for c in CASES
+])  # fmt: skip
 def test_a_scenario_agrees_with_its_independent_simulation(name: str, case: str | None) -> None:
     along, error = differences(case_of(name, case))
     assert along < TOLERANCE

@@ -187,23 +187,12 @@ def draw(seed: int, index: int) -> Device:
     seldom = rng.random() < 0.25
     slow_rate = f * rng.uniform(0.5, 2) if seldom else rate
     return Device(
-        low=low,
-        high=high,
-        w0=1 - plays,
-        r=tuple(np.sort(rng.uniform(0.02, 0.8, size=10)).tolist()),
-        w=tuple((plays * w / w.sum()).tolist()),
-        q2=rng.uniform(-0.12, 0.12),
-        q3=rng.uniform(-0.06, 0.06),
-        share=tuple(share.tolist()),
-        tau=tuple(tau.tolist()),
-        modes=tuple(modes),
-        delay=rng.uniform(0, 2),
-        gain=float(np.exp(rng.uniform(np.log(3), np.log(100)))),
-        offset=rng.uniform(-20, 50),
-        noise=float(np.exp(rng.uniform(np.log(1e-4), np.log(5e-4)))),
-        rate=_round(rate),
-        slow_rate=_round(slow_rate),
-    )
+        low=low, high=high, w0=1 - plays, r=tuple(np.sort(rng.uniform(0.02, 0.8, size=10)).tolist()),
+        w=tuple((plays * w / w.sum()).tolist()), q2=rng.uniform(-0.12, 0.12), q3=rng.uniform(-0.06, 0.06),
+        share=tuple(share.tolist()), tau=tuple(tau.tolist()), modes=tuple(modes), delay=rng.uniform(0, 2),
+        gain=float(np.exp(rng.uniform(np.log(3), np.log(100)))), offset=rng.uniform(-20, 50),
+        noise=float(np.exp(rng.uniform(np.log(1e-4), np.log(5e-4)))), rate=_round(rate), slow_rate=_round(slow_rate),
+    )  # fmt: skip
 
 
 def _round(rate: float) -> float:

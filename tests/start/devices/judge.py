@@ -67,15 +67,9 @@ def _cpu() -> float:
 def _none(reason: str, status: int | None, seconds: float) -> dict[str, Any]:
     """No verdict at all."""
     return {
-        "approved": False,
-        "feedback": "none",
-        "reasons": [reason],
-        "controller": None,
-        "references": [],
-        "status": status,
-        "seconds": round(seconds, 1),
-        "one_verdict": False,
-    }
+        "approved": False, "feedback": "none", "reasons": [reason], "controller": None, "references": [],
+        "status": status, "seconds": round(seconds, 1), "one_verdict": False,
+    }  # fmt: skip
 
 
 def on_device(

@@ -87,19 +87,10 @@ def _decaying() -> Record:
 
 
 RECORDS: dict[str, Callable[[], Record]] = {
-    "static_plays": lambda: _static(plays),
-    "falling_plays": lambda: _static(lambda x: -12 * plays(x)),
-    "short": lambda: _static(plays, n=220),
-    "bouc_wen": lambda: _static(plants.bouc_wen),
-    "bent": lambda: _static(lambda x: np.tanh(plays(x)) * 30),
-    "straight": lambda: _static(lambda x: 2 * x + 1),
-    "noisy": lambda: _static(plays, noise=0.02),
-    "butterfly": lambda: _static(lambda x: plays(x) ** 2),
-    "creep_alone": _creep_alone,
-    "elastomer": _elastomer,
-    "battery": _battery,
-    "decaying_sine": _decaying,
-    "stage_reversals": lambda: _stage(False),
-    "stage_chirp": lambda: _stage(True),
-    "bent_stage": _bent_stage,
-}
+    "static_plays": lambda: _static(plays), "falling_plays": lambda: _static(lambda x: -12 * plays(x)),
+    "short": lambda: _static(plays, n=220), "bouc_wen": lambda: _static(plants.bouc_wen),
+    "bent": lambda: _static(lambda x: np.tanh(plays(x)) * 30), "straight": lambda: _static(lambda x: 2 * x + 1),
+    "noisy": lambda: _static(plays, noise=0.02), "butterfly": lambda: _static(lambda x: plays(x) ** 2),
+    "creep_alone": _creep_alone, "elastomer": _elastomer, "battery": _battery, "decaying_sine": _decaying,
+    "stage_reversals": lambda: _stage(False), "stage_chirp": lambda: _stage(True), "bent_stage": _bent_stage,
+}  # fmt: skip
