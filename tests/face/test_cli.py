@@ -212,6 +212,8 @@ def test_run_needs_a_scenario(tmp_path):
     (("blocks", "pidd"), "Got 'pidd' instead. Did you mean 'pid'?"),
     (("fit", "piezo.csv", "--modle", "auto"), "No such option '--modle'."),
     (("predict", "piezo.csv"), "Missing argument 'DATA'. See 'hystfmu predict --help'."),
+    (("predict", "piezo.csv", "piezo.csv"), "Missing option '-o'. See 'hystfmu predict --help'."),
+    (("predict", "labs", "piezo.csv", "-o", "o.csv"), "labs: The file must be a regular file. Got a folder."),
     (
         ("export", "delay", "--set", "n=abc", "-o", "d.fmu"),
         "The 'n' size of delay must be an int in [1, 1000000]. Got abc",

@@ -137,7 +137,7 @@ def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, w
     ({"extends": "/etc/passwd"}, ["child/scenario.toml: extends: must be a path relative", "/etc/passwd"]),
     ({"extends": "a\0b"}, ["child/scenario.toml: extends:", "printable characters"]),
     ({"extends": "gone.toml"}, ["child/scenario.toml: extends: ", "gone.toml: No such file"]),
-    ({"extends": "."}, ["child/scenario.toml: extends: ", "Is a directory"]),
+    ({"extends": "."}, ["child/scenario.toml: extends: ", "Got a folder"]),
     ({"extends": "scenario.toml"}, ["child/scenario.toml: extends: returns to 'scenario.toml'"]),
     ({"stop": -1.0}, ["child/scenario.toml: stop: ", "greater than 0"]),
     ({"units": {"pid": {"values": {"Kp": {}}}}}, ["child/scenario.toml: units.pid.values.Kp"]),

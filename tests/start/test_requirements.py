@@ -114,6 +114,7 @@ def test_requirements_stand_in_a_file_too(record: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("words", "rule"), [
+    (["--set", "N=0"], "The option 'N' must be an int in [1, 100000]"),
     (["--controller", "pd"], "The 'controller' must be one of"),
     (["--reference", "square"], "The reference must be one of"),
     (["--reference", "sine:-3"], "frequency of the reference must be a float in (0, inf)"),
@@ -136,4 +137,5 @@ def test_a_bad_reference_in_a_file_is_one_line(record: Path, tmp_path: Path) -> 
     words = ["--requirements", tmp_path / "asked.toml", "-o", tmp_path / "mine"]
     status, _, err = call("start", record, "--model", "prandtl_ishlinskii", *words)
     assert (status, err.count("\n")) == (2, 1)
-    assert "The 'reference' must be SHAPE, SHAPE:HZ or a file, or a list of these. Got ['sine:20', 3]" in err
+    rule = "The 'reference' must be SHAPE, SHAPE:HZ or a file, or a list of these. Got ['sine:20', 3]"
+    assert f"{tmp_path / 'asked.toml'}: {rule}" in err

@@ -106,7 +106,7 @@ def race(
     for name in names:
         structure = STRUCTURES[name]
         if structure.resonant and not any(f * design.h < 0.4 for f in design.plant.f_n):
-            refused[name] = "no mode is known below 0.4 of the sampling rate"
+            refused[name] = f"no mode is known below {0.4 / design.h:.3g} Hz, 0.4 of the sampling rate"
             continue
         tuned = tune(structure, plants, design, aim, limits)
         if tuned is None:
