@@ -8,9 +8,8 @@ from excitation import perturbed, rows, run, some
 from loop_blocks import BLOCKS, parameters
 from numpy.typing import NDArray
 
-from hystfmu.base.errors import InputError
+from hystfmu import InputError, Node
 from hystfmu.core.library import BlockType, block_types
-from hystfmu.graph import Node
 
 Array = NDArray[np.float64]
 LAGS = [(1, 0, 0), (3, 2, 0), (2, 2, 2), (1, 0, 4)]

@@ -9,9 +9,7 @@ import plants
 import pytest
 from series import series
 
-from hystfmu import Dataset, Graph, InputError, Model, Node
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
+from hystfmu import Dataset, Graph, Input, InputError, Model, Node, Output, signals
 from hystfmu.identify import fit
 from hystfmu.inverse import Inverses, inverse, learned
 from hystfmu.inverse.ports import over_range

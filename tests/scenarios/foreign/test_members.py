@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 from engines import ready
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.engine.simulation import ENDED, ENGINES, TASK, chunks_here, main
 from hystfmu.scenario.outcome.trace import Stopped, Trace
