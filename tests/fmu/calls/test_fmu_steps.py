@@ -364,7 +364,7 @@ def stepped(m: Master, times: list[float], h: float = H) -> list[float]:
     return found
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("start", "h", "n"), [(0.0, H, 100_000), (0.7, H, 3000), (-3.1, H, 5000), (1e4, 1 / 3000, 5000)]
 )

@@ -135,6 +135,17 @@ def test_the_data_sheet_gives_stiffness_and_capacitance(tmp_path: Path) -> None:
     assert 1 / (d**2 * h + 1 / k) == pytest.approx(k_short)
 
 
+def test_the_mass_does_not_depend_on_critical_damping(tmp_path: Path) -> None:
+    """Two equal poles, between the poles of a little less and a little more damping."""
+    mass = []
+    for zeta in (0.99, 1.0, 1.01):
+        package = demo("prandtl_ishlinskii").export_modelica(
+            tmp_path / f"P{len(mass)}", sheet=SHEET | {"damping": zeta}
+        )
+        mass.append((parameter(package, "m"), parameter(package, "c")))
+    assert mass[1] == pytest.approx(np.mean([mass[0], mass[2]], axis=0), rel=1e-4)
+
+
 def test_what_no_sheet_says_is_that_of_a_soft_ceramic() -> None:
     """PI Ceramic, Piezo Material Data, PIC255: d33, s33, relative permittivity, k33; a stack of 5 x 5 x 36 mm."""
     d33, s33, eps33, k33 = 400e-12, 20.7e-12, 1750 * 8.8542e-12, 0.69
