@@ -12,7 +12,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 PIP := $(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt
 # pip compiles ten thousand modules in one process; some packages have files for other versions of Python; left out is
 # more than half of the text, which is compiled where it is imported at last
-RARE := /(tests?|testing|sympy|networkx|sqlalchemy|mypyc?|ziglang|pip|setuptools|lexers|async_api|_inductor|_dynamo|onnx|fontTools|gui)/
+RARE := /(tests?|testing|sympy|networkx|sqlalchemy|mypyc?|pip|setuptools|lexers|async_api|torch/distributed|_inductor|_dynamo|_functorch|_vendor|_export|onnx|fontTools|gui)/
 COMPILE := $(BIN)/python -m compileall -qq -j 0 -x '$(RARE)' .venv/lib || true
 # without --no-build-isolation pip would build in a fresh environment; `make` compiles the core itself, below
 EDITABLE := $(PIP) --no-build-isolation --config-settings wheel.cmake=false --config-settings editable.mode=inplace --editable
@@ -36,7 +36,7 @@ contract: dev
 # long runs: a million fuzzed sequences, every compiler and processor at hand, threads, coverage, mutated files, and every
 # case of the tests of which `make test` draws some; two hours
 stress: dev
-	$(PIP) wasmtime
+	$(PIP) wasmtime ziglang zopfli
 	$(PYTEST) -m stress
 
 # small faults in eleven rooms (tests/mutation/sample.py): which does no test find?  An hour, and as much at first
@@ -79,6 +79,7 @@ generate: dev core-page
 
 # the core for pages, which the package holds as text; nothing is built while the text belongs to the C sources
 core-page: dev
+	$(PIP) ziglang zopfli
 	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt
 
 # every class of the Modelica library: loads, simulates, error against the C core and the committed reference, which

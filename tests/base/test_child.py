@@ -185,13 +185,10 @@ def test_the_child_ends_with_a_killed_supervisor(name: str) -> None:
     assert made.finish(60.0) == ([], True)
 
 
-@pytest.mark.parametrize(
-    ("parent", "python", "told"),
-    [
-        ("os.getppid()", "/no python", (125, "this process cannot run /no python: No such file or directory\n", "")),
-        ("0", sys.executable, (1, "", "")),  # the parent has ended
-    ],
-)
+@pytest.mark.parametrize(("parent", "python", "told"), [
+    ("os.getppid()", "/no python", (125, "this process cannot run /no python: No such file or directory\n", "")),
+    ("0", sys.executable, (1, "", "")),  # the parent has ended
+])  # fmt: skip
 def test_a_supervisor_without_python_or_parent_runs_nothing(parent: str, python: str, told: Any) -> None:
     code = f"import os, sys; sys.executable = {python!r}; sys.argv = ['', str({parent}), 'null', '-c', 'print(1)']\n"
     code += "from hystfmu.base.supervisor import main; main()"
@@ -253,6 +250,6 @@ def test_output_is_kept_from_its_end_and_bounded_on_the_disk(name: str, monkeypa
     assert lines[-1] == "last"
     assert sum(map(len, lines)) <= MOST_LOG
     made = child("while True: print('x' * 1000, flush=True)", name)
-    lines, in_time = made.finish(3.0)
+    lines, in_time = made.finish(1.0)
     assert not in_time
     assert set("".join(lines)) == {"x"}  # a line may be short: its start was dropped while it was written

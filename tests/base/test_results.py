@@ -57,14 +57,11 @@ SECRETS = {"values": NUMBERS, "ended.json": json.dumps(NOTES).encode(), "result.
 
 
 @pytest.mark.turn("foreign code")
-@pytest.mark.parametrize(
-    ("way", "more"),
-    [
-        ("symlink", {}),
-        pytest.param("symlink", MORE, marks=pytest.mark.stress, id="more"),
-        pytest.param("hard link", {}, marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize(("way", "more"), [
+    ("symlink", {}),
+    pytest.param("symlink", MORE, marks=pytest.mark.stress, id="more"),
+    pytest.param("hard link", {}, marks=pytest.mark.stress),
+])  # fmt: skip
 def test_a_result_that_is_no_file_of_the_fmu_is_refused(way: str, more: dict[str, list[str]], user: User) -> None:  # noqa: F811
     """It would hand out bytes of the secret: numbers in a table, or words in a message."""
     commands = []

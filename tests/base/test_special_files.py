@@ -12,6 +12,7 @@ import pytest
 import tomli_w
 from bad_fmu import bad_fmu
 from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -108,8 +109,7 @@ def test_a_reader(command: str, kind: str, folder: Path) -> None:
     if "of_file" in command:
         Path("of_file/scenario.toml").unlink()
         special(Path("of_file/scenario.toml"), kind)
-    done = CliRunner().invoke(main, command.split())
-    assert done.exit_code == 2, done.output
+    done = invoked(command.split(), status=2)
     (line,) = done.stderr.splitlines()
     assert any(why in line for why in REFUSED)
 
@@ -128,8 +128,7 @@ def test_a_writer(command: str, kind: str, folder: Path) -> None:
     else:
         out.symlink_to("/dev/null")
     before = os.lstat(out) if out.parent.exists() else None
-    done = CliRunner().invoke(main, command.replace("OUT", str(out)).split())
-    assert done.exit_code == 2, done.output
+    done = invoked(command.replace("OUT", str(out)).split(), status=2)
     (line,) = done.stderr.splitlines()
     assert f"{out}: cannot be written: " in line
     if before is None:
@@ -150,13 +149,11 @@ def test_a_new_file_follows_the_umask_and_a_link_stays(folder: Path) -> None:
     (folder / "there").mkdir()
     before = os.umask(0o027)
     try:
-        made = CliRunner().invoke(main, ["run", "good", "--record", "--yes"])
-        assert made.exit_code == 0, made.output
+        invoked(["run", "good", "--record", "--yes"])
         for command, name in (("export good.model.toml -o", "x.fmu"), ("ssp good -o", "x.ssp"), ("run good -o", "x")):
             link, file = folder / name, folder / "there" / name
             link.symlink_to(file)
-            done = CliRunner().invoke(main, [*command.split(), str(link)])
-            assert done.exit_code == 0, done.output
+            invoked([*command.split(), str(link)])
             assert link.is_symlink()
             assert stat.S_IMODE(file.stat().st_mode) == 0o640
     finally:
@@ -165,14 +162,11 @@ def test_a_new_file_follows_the_umask_and_a_link_stays(folder: Path) -> None:
 
 
 @pytest.mark.turn("foreign code")
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "mkfifo(FILE, 0600)",
-        pytest.param('symlink("/dev/zero", FILE)', marks=pytest.mark.stress),
-        pytest.param('symlink("/etc/passwd", FILE)', marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize("kind", [
+    "mkfifo(FILE, 0600)",
+    pytest.param('symlink("/dev/zero", FILE)', marks=pytest.mark.stress),
+    pytest.param('symlink("/etc/passwd", FILE)', marks=pytest.mark.stress),
+])  # fmt: skip
 def test_results_that_a_foreign_fmu_replaced_are_not_waited_for(
     kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,11 +8,9 @@ import pytest
 from raw import Raw
 from scipy.signal import cont2discrete
 
-from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Node, Output
+from hystfmu import Graph, InputError, Node, Output, Unit
 from hystfmu.identify.methods.polynomial_narx import basis, lagged
 from hystfmu.identify.solvers.ridge import least_squares
-from hystfmu.unit import Unit
 from papers import ipmc_sensor
 from papers.statements.printed import PrintedRecursive
 
@@ -233,6 +231,7 @@ def test_as_printed_it_is_the_printed_recursion():
     assert learned[-1] > 10
 
 
+@pytest.mark.turn("blocks and other integrators")
 def test_weights_converge_to_batch_on_the_ipmc_record():
     """28 monomials of lags of displacement and operator; r and share were chosen on a record of its own (seed 5)."""
     phi, voltage = ipmc_regression(ipmc_sensor.ipmc(60, rest=1.0, seed=3))

@@ -37,7 +37,8 @@ def integrated(u: Array, y: float, alpha: float, b: float, k: float) -> Array:
     return np.array(out)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("blocks and other integrators")
+@pytest.mark.some(1)
 @every_law
 def test_it_is_its_differential_equation(law: str) -> None:
     u = 1.5 * SIGNALS["white"][:60]

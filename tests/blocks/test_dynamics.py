@@ -9,9 +9,7 @@ import scipy.signal
 import scipy.stats
 from numpy.typing import NDArray
 
-from hystfmu.base.errors import InputError
-from hystfmu.graph import blocks
-from hystfmu.unit import Unit
+from hystfmu import InputError, Unit, blocks
 
 Array = NDArray[np.float64]
 
@@ -84,6 +82,7 @@ def exact_response(b: Any, a: Any, h: float, u: Array, foh: bool) -> Array:
         return np.array([float(v) for v in y])
 
 
+@pytest.mark.some(10)
 @pytest.mark.parametrize("hold", ["zoh", "foh"])
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_transfer_function_in_60_digits(system: str, hold: str) -> None:
@@ -151,15 +150,12 @@ def test_transfer_function_follows_a_step_that_changes() -> None:
     assert abs(ends[0] - ends[1]) <= 1e-15
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"b": [1, 2, 3], "a": [1, 2]}, "higher degree"),
-        ({"b": [1], "a": [0, 1, 2]}, "must not be 0"),
-        ({"b": [1], "a": [1, 0], "start": "steady"}, "no steady state"),
-        ({"b": [1], "a": [1e-300, 1e300]}, "too small relative to the others"),
-    ],
-)
+@pytest.mark.parametrize(("values", "words"), [
+    ({"b": [1, 2, 3], "a": [1, 2]}, "higher degree"),
+    ({"b": [1], "a": [0, 1, 2]}, "must not be 0"),
+    ({"b": [1], "a": [1, 0], "start": "steady"}, "no steady state"),
+    ({"b": [1], "a": [1e-300, 1e300]}, "too small relative to the others"),
+])  # fmt: skip
 def test_transfer_function_refuses(values: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words) as e:
         blocks.TransferFunction(**values)(np.zeros(3))
@@ -181,6 +177,7 @@ def test_transfer_function_refuses_a_step_beyond_numbers(h: float, words: str) -
 
 
 # ---- amplifier ------------------------------------------------------------------------------------------------------
+@pytest.mark.turn("blocks and other integrators")
 def test_amplifier_follows_its_equation() -> None:
     """Against a solver in steps of a hundredth; the limits take effect, and the steps do not change the voltage."""
     values = {"u_min": -20.0, "u_max": 80.0, "i_max": 0.25, "C": 1.8e-6, "f_b": 2e3}

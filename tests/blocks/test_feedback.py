@@ -9,9 +9,7 @@ import scipy.signal
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.unit import Unit
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 
 Array = NDArray[np.float64]
 
@@ -32,15 +30,12 @@ SLIDING: dict[str, Any] = {"eta": 1e-3, "rho": 0.01}
 TWISTING: dict[str, Any] = {"k_1": 0.01, "k_2": 0.1}
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "in_metres"),
-    [
-        ("sliding_mode", SLIDING, {"eta": 1e3}),
-        ("sliding_mode", {**SLIDING, "switching": "saturation", "k_i": 3000.0}, {"eta": 1e3}),
-        ("super_twisting", TWISTING, {"k_1": 10.0}),
-        ("super_twisting", {**TWISTING, "mu": 0.3}, {"k_1": 10.0, "mu": 300.0}),
-    ],
-)
+@pytest.mark.parametrize(("name", "values", "in_metres"), [
+    ("sliding_mode", SLIDING, {"eta": 1e3}),
+    ("sliding_mode", {**SLIDING, "switching": "saturation", "k_i": 3000.0}, {"eta": 1e3}),
+    ("super_twisting", TWISTING, {"k_1": 10.0}),
+    ("super_twisting", {**TWISTING, "mu": 0.3}, {"k_1": 10.0, "mu": 300.0}),
+])  # fmt: skip
 def test_a_layer_without_a_width_does_not_depend_on_the_unit_of_measure(
     name: str, values: dict[str, Any], in_metres: dict[str, float]
 ) -> None:
@@ -64,20 +59,18 @@ def test_the_layer_follows_the_gains() -> None:
         np.testing.assert_allclose(Graph.single(Node("c", name, {}, values)).run(rows, h), given, rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "sentence"),
-    [
-        ("sliding_mode", {**SLIDING, "eta": 0.0}, "epsilon must be greater than 0 if eta is 0"),
-        ("sliding_mode", {"eta": 1e300, "rho": 1e-300}, "epsilon must be greater than 0"),  # the width is below all
-        *(("super_twisting", {**TWISTING, k: 0.0}, "if lam, k_1 or k_2 is 0") for k in ("lam", "k_1", "k_2")),
-    ],
-)
+@pytest.mark.parametrize(("name", "values", "sentence"), [
+    ("sliding_mode", {**SLIDING, "eta": 0.0}, "epsilon must be greater than 0 if eta is 0"),
+    ("sliding_mode", {"eta": 1e300, "rho": 1e-300}, "epsilon must be greater than 0"),  # the width is below all
+    *(("super_twisting", {**TWISTING, k: 0.0}, "if lam, k_1 or k_2 is 0") for k in ("lam", "k_1", "k_2")),
+])  # fmt: skip
 def test_gains_without_a_scale_need_a_width(name: str, values: dict[str, float], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         Graph.single(Node("c", name, {}, values)).executor()
     Graph.single(Node("c", name, {}, {**values, "epsilon": 0.1})).executor()
 
 
+@pytest.mark.some(8)
 @pytest.mark.parametrize(
     "name", ["pid", "lead_lag", "sliding_mode", "super_twisting", "iterative_learning", "repetitive"]
 )

@@ -68,6 +68,7 @@ def test_published_coefficients_of_shen_and_ma_are_no_operator() -> None:
     assert h[1] < 0
 
 
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("d_max", "increases"), [(0.9, True), (1.1, False), (3.0, False)])
 def test_a_branch_that_falls_somewhere_is_refused(d_max: float, increases: bool) -> None:
     """a0 + a_1 d + a_2 d^3 with a dip behind d = 1, found by numpy."""

@@ -81,7 +81,8 @@ def oscillator_by_scipy(t: Array, nu: float) -> Array:
     return solved.y[[0, 2]].T
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("blocks and other integrators")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("nu", [1.0, 1.2])
 def test_oscillator_converges_to_its_differential_equation(nu: float) -> None:
     """Order 2 against an implicit Runge-Kutta method of order 5 with error control."""
@@ -147,6 +148,7 @@ def test_oscillator_reproduces_the_official_multisine_record(records: dict[str, 
     assert np.sqrt(np.mean(error**2)) <= 2e-15  # metres; rms of the record 6.7e-4
 
 
+@pytest.mark.turn("blocks and other integrators")
 def test_oscillator_reproduces_the_official_sweep_record(records: dict[str, Array]) -> None:
     y = records["sinesweep/y"]
     t = np.arange(20 * y.size) / 15000
@@ -156,19 +158,16 @@ def test_oscillator_reproduces_the_official_sweep_record(records: dict[str, Arra
 
 
 # ---- parameters that do not fit together ----------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("block", "values", "sentence"),
-    [
-        (PrandtlIshlinskii, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
-        (PrandtlIshlinskiiInverse, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
-        (PrandtlIshlinskiiInverse, {"w0": 0.0, "r": [0.1], "w": [1]}, r"'w0' .* must be a float in \(0, inf\)"),
-        (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [-1, 2]}, "so that the loading curve increases"),
-        (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [1, -2]}, "so that the loading curve increases"),
-        (BoucWen, {"beta": 0.5, "gamma": -0.5}, r"beta \+ gamma must be greater than 0"),
-        (BoucWen, {"z0": 1.001}, r"z0\| must be at most \(A / \(beta \+ gamma\)\)\^\(1/n\)"),
-        (Scaling, {"lo": 1.0, "hi": 0.5}, "lo must not be greater than hi"),
-    ],
-)
+@pytest.mark.parametrize(("block", "values", "sentence"), [
+    (PrandtlIshlinskii, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
+    (PrandtlIshlinskiiInverse, {"r": [0.2, 0.1], "w": [1, 1]}, "thresholds r must not decrease"),
+    (PrandtlIshlinskiiInverse, {"w0": 0.0, "r": [0.1], "w": [1]}, r"'w0' .* must be a float in \(0, inf\)"),
+    (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [-1, 2]}, "so that the loading curve increases"),
+    (PrandtlIshlinskiiInverse, {"r": [0.1, 0.2], "w": [1, -2]}, "so that the loading curve increases"),
+    (BoucWen, {"beta": 0.5, "gamma": -0.5}, r"beta \+ gamma must be greater than 0"),
+    (BoucWen, {"z0": 1.001}, r"z0\| must be at most \(A / \(beta \+ gamma\)\)\^\(1/n\)"),
+    (Scaling, {"lo": 1.0, "hi": 0.5}, "lo must not be greater than hi"),
+])  # fmt: skip
 def test_parameters_that_do_not_fit_together_are_refused(block: type, values: dict[str, object], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         block(**values)([0.0, 1.0])

@@ -5,10 +5,9 @@ import pytest
 from excitation import STEP, every_block, node, perturbed, plain, rows, some
 from raw import Raw
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.executor import SEED, Executor
 from hystfmu.core.library import block_types
-from hystfmu.graph import Graph, Input, Node, Output
 
 
 def one_sided(raw: Raw, du: np.ndarray, dx: np.ndarray, e: float) -> np.ndarray:
@@ -40,7 +39,6 @@ DIMS = {  # other sizes than those of the table
 }
 
 
-@pytest.mark.some(40)
 @every_block
 @pytest.mark.parametrize("kink", [False, True])
 def test_tangent_is_the_one_sided_derivative(name: str, kink: bool) -> None:

@@ -16,11 +16,9 @@ import pytest
 from block_files import input_between_outputs, patched, raw_bytes
 from raw import Raw, function
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.core.library import RawVar, library
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.unit import Unit
 
 
 def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **values: object) -> str | None:
@@ -29,15 +27,12 @@ def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **valu
 
 
 # ---- values against their rows --------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("kind", "good", "bad"),
-    [
-        ("real", [0.0, 0.5, -1e300], [np.nan, np.inf, -np.inf]),
-        ("int", [2147483647.0, -2147483648.0, 0.0], [2147483648.0, -2147483649.0, 0.5, np.nan]),
-        ("bool", [0.0, 1.0], [-1.0, 2.0, 0.5, np.inf]),
-        ("zoh|foh|none", [0.0, 1.0, 2.0], [-1.0, 3.0, 1.5]),
-    ],
-)
+@pytest.mark.parametrize(("kind", "good", "bad"), [
+    ("real", [0.0, 0.5, -1e300], [np.nan, np.inf, -np.inf]),
+    ("int", [2147483647.0, -2147483648.0, 0.0], [2147483648.0, -2147483649.0, 0.5, np.nan]),
+    ("bool", [0.0, 1.0], [-1.0, 2.0, 0.5, np.inf]),
+    ("zoh|foh|none", [0.0, 1.0, 2.0], [-1.0, 3.0, 1.5]),
+])  # fmt: skip
 def test_a_value_is_checked_by_its_type(kind: str, good: list[float], bad: list[float]) -> None:
     row = RawVar(name=b"v", type=kind.encode(), lo=-np.inf, hi=np.inf)
     check = function("hyst_check", C.POINTER(RawVar), C.c_double)
@@ -55,6 +50,7 @@ def test_messages_name_the_kind_of_value(tmp_path: Path) -> None:
     assert text.value == b"a bool (0 or 1)"
 
 
+@pytest.mark.turn("a decimal comma")
 def test_messages_keep_the_point_in_a_locale_with_a_comma(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not shutil.which("localedef"):
         pytest.skip("no localedef")

@@ -24,17 +24,14 @@ def test_names_and_units_of_measure_come_from_the_labels():
     assert found.covariates.ranges == {"T": [20.0, 50.0], "load": [float(LOAD.min()), float(LOAD.max())]}
 
 
-@pytest.mark.parametrize(
-    ("covariates", "words"),
-    [
-        ({"1st": WARM}, "name of a covariate must be letters, digits .* Got '1st' instead"),
-        ({"u": WARM}, "and differ from t, u, y, time. Got 'u' instead"),
-        ({"T": WARM, "T [K]": WARM}, r"and differ from t, u, y, time, T. Got 'T \[K\]' instead"),
-        ({"T": WARM[:5]}, r"The covariate 'T' must have 30 rows. Got shape \(5,\) instead"),
-        ({"T": np.where(T[4] == T, np.nan, WARM)}, "data: row 4: The covariate 'T' must be finite. Got nan instead"),
-        ({"T": "warm"}, "The covariate 'T' must hold numbers. Got 'warm'"),
-    ],
-)
+@pytest.mark.parametrize(("covariates", "words"), [
+    ({"1st": WARM}, "name of a covariate must be letters, digits .* Got '1st' instead"),
+    ({"u": WARM}, "and differ from t, u, y, time. Got 'u' instead"),
+    ({"T": WARM, "T [K]": WARM}, r"and differ from t, u, y, time, T. Got 'T \[K\]' instead"),
+    ({"T": WARM[:5]}, r"The covariate 'T' must have 30 rows. Got shape \(5,\) instead"),
+    ({"T": np.where(T[4] == T, np.nan, WARM)}, "data: row 4: The covariate 'T' must be finite. Got nan instead"),
+    ({"T": "warm"}, "The covariate 'T' must hold numbers. Got 'warm'"),
+])  # fmt: skip
 def test_a_bad_covariate_is_refused_in_one_line(covariates, words):
     with pytest.raises(InputError, match=words):
         Dataset(T, U, Y, covariates=covariates)

@@ -84,18 +84,15 @@ def test_missing_file_and_column(tmp_path):
     refused(write(tmp_path / "h.csv", [], ""), "must have data rows. Got none.")
 
 
-@pytest.mark.parametrize(
-    ("cell", "words"),
-    [
-        ("abc", ("line 7: The 'u' column must hold numbers. Got 'abc' instead.",)),
-        ("", ("line 7", "'u'", "must hold numbers", "Got ''")),
-        ("nan", ("line 7", "'u'", "finite", "Got nan")),
-        ("-inf", ("line 7", "'u'", "finite", "Got -inf")),
-        ("1e999", ("line 7", "'u'", "finite", "inf")),
-        ("1_0", ("line 7", "'u'", "must hold numbers")),
-        ("1,5", ("line 7", "3 cells, as line 1. Got 4 cells", "decimal comma")),
-    ],
-)
+@pytest.mark.parametrize(("cell", "words"), [
+    ("abc", ("line 7: The 'u' column must hold numbers. Got 'abc' instead.",)),
+    ("", ("line 7", "'u'", "must hold numbers", "Got ''")),
+    ("nan", ("line 7", "'u'", "finite", "Got nan")),
+    ("-inf", ("line 7", "'u'", "finite", "Got -inf")),
+    ("1e999", ("line 7", "'u'", "finite", "inf")),
+    ("1_0", ("line 7", "'u'", "must hold numbers")),
+    ("1,5", ("line 7", "3 cells, as line 1. Got 4 cells", "decimal comma")),
+])  # fmt: skip
 def test_a_bad_cell_is_named_by_line_and_column(tmp_path, cell, words):
     lines = rows()
     lines[5] = f"{float(T[5])!r},{cell},1.0"

@@ -70,16 +70,13 @@ def test_the_scale_of_the_time_is_found_and_said(name, tmp_path):
     assert said in read(tmp_path / "a.csv").read_as
 
 
-@pytest.mark.parametrize(
-    ("kind", "said"),
-    [
-        ("1 % dropped rows", "resampled to 2000 Hz: 18 of 2000 samples were lost"),
-        ("jittered stamps", "resampled to 2000 Hz: stamps off by up to 10 % of a step"),
-        ("epoch in ms", "time 'timestamp' in ms since 1970 (by its size), from 2025-11-22 08:26:40 UTC"),
-        ("npy", "output column 3, by their order"),
-        ("LVM without x", "2000 Hz, as the file states"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "said"), [
+    ("1 % dropped rows", "resampled to 2000 Hz: 18 of 2000 samples were lost"),
+    ("jittered stamps", "resampled to 2000 Hz: stamps off by up to 10 % of a step"),
+    ("epoch in ms", "time 'timestamp' in ms since 1970 (by its size), from 2025-11-22 08:26:40 UTC"),
+    ("npy", "output column 3, by their order"),
+    ("LVM without x", "2000 Hz, as the file states"),
+])  # fmt: skip
 def test_what_was_assumed_is_said(kind, said, tmp_path):
     assert said in read(lab_files.write(tmp_path, kind)).read_as
 

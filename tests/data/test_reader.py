@@ -212,7 +212,7 @@ VARIANTS = {
 WITHOUT_UNITS = {"no names", "MAT, one matrix", "MAT 7.3"}
 
 
-@pytest.mark.some(15)
+@pytest.mark.some(10)
 @pytest.mark.parametrize("name", VARIANTS)
 def test_a_file_is_read_to_the_truth(name, tmp_path):
     file, content, options = VARIANTS[name]
@@ -253,6 +253,7 @@ def test_the_end_of_summer_time_is_no_step_back(tmp_path):
     assert read(path).t.tolist() == [0.0, 1.0, 2.0, 3.0]
 
 
+@pytest.mark.turn("files in a process of their own")
 def test_each_number_that_is_no_column_is_named(tmp_path):
     (tmp_path / "a.mat").write_bytes(mat(t=T, u=U, y=Y, gain=3.0, stage=7.0))
     assert "left out gain, stage" in read(tmp_path / "a.mat").read_as
@@ -384,7 +385,7 @@ REFUSED = {
 }  # fmt: skip
 
 
-@pytest.mark.some(15)
+@pytest.mark.some(10)
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
     content, options, words = REFUSED[name]
@@ -399,17 +400,14 @@ def test_what_is_not_clear_is_refused_with_the_remedy(name, tmp_path):
         assert word in message, message
 
 
-@pytest.mark.parametrize(
-    "heading",
-    [
-        "# Sample Rate: 1,000 Hz",
-        "# fs: 10 000 Hz",
-        "# fs = 10'000",
-        "# fs = 1.000,0 Hz",
-        "# dt: 1,5 ms",
-        "# fs = 2 kSps",
-    ],
-)
+@pytest.mark.parametrize("heading", [
+    "# Sample Rate: 1,000 Hz",
+    "# fs: 10 000 Hz",
+    "# fs = 10'000",
+    "# fs = 1.000,0 Hz",
+    "# dt: 1,5 ms",
+    "# fs = 2 kSps",
+])  # fmt: skip
 def test_an_unclear_rate_above_the_rows_is_not_used(heading, tmp_path):
     path = tmp_path / "a.csv"
     path.write_bytes(text([heading, "u,y"], [f"{k / 8},{k}" for k in range(9)]))
@@ -423,15 +421,12 @@ def test_a_named_time_is_no_signal_if_the_rate_is_given(tmp_path):
     assert not read(path, time="stamp", rate=100.0).has_output
 
 
-@pytest.mark.parametrize(
-    "days",
-    [
-        ("8.1.2026 23", "9.1.2026 0"),
-        ("8.1.26 23", "9.1.26 0"),
-        ("31.12.2025 23", "1.1.2026 0"),
-        ("1/8/2026 11", "1/9/2026 12"),
-    ],
-)
+@pytest.mark.parametrize("days", [
+    ("8.1.2026 23", "9.1.2026 0"),
+    ("8.1.26 23", "9.1.26 0"),
+    ("31.12.2025 23", "1.1.2026 0"),
+    ("1/8/2026 11", "1/9/2026 12"),
+])  # fmt: skip
 def test_a_date_without_zeros_goes_on_behind_midnight(days, tmp_path):
     path, half = tmp_path / "a.csv", " PM" * ("/" in days[0])
     stamps = [f"{days[0]}:59:5{k}{half}" for k in range(5, 10)] + [
@@ -463,6 +458,7 @@ def test_the_first_record_shows_the_unit_of_the_time(tmp_path):
     assert read(path, record="run").h == pytest.approx(1 / 2000)
 
 
+@pytest.mark.turn("files in a process of their own")
 def test_a_packed_mat_file_is_read_within_the_limit(tmp_path):
     zeros = np.zeros(10**6)
     path = tmp_path / "a.mat"
@@ -471,6 +467,7 @@ def test_a_packed_mat_file_is_read_within_the_limit(tmp_path):
         read(path, most=10**5)
 
 
+@pytest.mark.turn("files in a process of their own")
 def test_no_parser_of_others_runs_in_this_process(tmp_path):
     """An untrusted file could crash it: byte 176 above does that to scipy."""
     (tmp_path / "a.mat").write_bytes(mat(t=T, u=U, y=Y))

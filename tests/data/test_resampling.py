@@ -4,6 +4,7 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 
 from hystfmu import InputError, Model, read
 from hystfmu.cli import main
@@ -97,17 +98,14 @@ def test_on_the_command_line(tmp_path):
     path = write(tmp_path / "u.csv", t, u, plants.prandtl_ishlinskii(u))
     out, predicted = str(tmp_path / "m.model.toml"), tmp_path / "p.csv"
     command = ["fit", str(path), "--model", "prandtl_ishlinskii", "-o", out]
-    refused = CliRunner().invoke(main, command)
-    assert refused.exit_code == 2
+    refused = invoked(command, status=2)
     assert refused.stderr.count("\n") == 1
     for words in ("line ", "equal steps", "a step of", "--resample"):
         assert words in refused.stderr
     assert CliRunner().invoke(main, [*command, "--resample"]).exit_code == 0
     assert Model.load(out).fit["rms_percent"] < 0.3
-    done = CliRunner().invoke(main, ["predict", out, str(path), "--resample", "1000", "-o", str(predicted)])
-    assert done.exit_code == 0, done.output
+    invoked(["predict", out, str(path), "--resample", "1000", "-o", str(predicted)])
     assert read(predicted).h == pytest.approx(1e-3)
-    wrong = CliRunner().invoke(main, [*command, "--resample", "fast"])
-    assert wrong.exit_code == 2
+    wrong = invoked([*command, "--resample", "fast"], status=2)
     assert "--resample" in wrong.stderr
     assert "'fast'" in wrong.stderr

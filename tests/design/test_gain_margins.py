@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from invoked import invoked
 from scipy.linalg import expm
 from scipy.signal import cont2discrete
 from series import series
@@ -33,8 +34,7 @@ def held(b: list[float], a: list[float], h: float, hold: str, z: np.ndarray) -> 
 
 def test_margins_of_the_internal_model_are_those_of_its_equations() -> None:
     """L = C z^-1 G0 / (1 + C G0 (1 - z^-1)), C three integrators and a biquad; -1 is passed on both sides."""
-    run = CliRunner().invoke(main, ["margins", str(ROOT / "internal_model"), "--case", "sine_10", "--json"])
-    assert run.exit_code == 0, run.output
+    run = invoked(["margins", str(ROOT / "internal_model"), "--case", "sine_10", "--json"])
     found = json.loads(run.output)["loops"][0]["margins"]
     w = np.linspace(1e-3, np.pi, 400_001)
     z = np.exp(1j * w)
@@ -394,8 +394,7 @@ def test_a_case_that_is_expected_to_be_unstable_must_be(tmp_path: Path, name: st
 
 
 def test_loops_of_two_inputs_and_outputs_are_refused_in_one_line() -> None:
-    run = CliRunner().invoke(main, ["margins", str(Path(__file__).parents[2] / "scenarios/stage/xy_raster")])
-    assert run.exit_code == 1
+    run = invoked(["margins", str(Path(__file__).parents[2] / "scenarios/stage/xy_raster")], status=1)
     (line,) = run.output.splitlines()
     assert line.startswith("no margins: stage_xy_raster, 1 case: The loop must have one input and one output to have ")
     assert line.endswith("Got 2 outputs with references of their own: x.y, y.y.")

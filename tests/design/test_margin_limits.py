@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
-from hystfmu.cli import main
 from hystfmu.scenario.loop.table import margin_table
 
 W = 2 * np.pi * 500
@@ -21,33 +20,27 @@ def folder(tmp_path: Path, limits: str) -> Path:
 
 def test_limits_that_hold_exit_with_0(tmp_path: Path) -> None:
     made = folder(tmp_path, 'Ms_db = 6\ncorners = ["up_*"]\nslopes = [0.7, 1.3]\nstable_to_steps = 0.5')
-    run = CliRunner().invoke(main, ["margins", str(made)])
-    assert run.exit_code == 0, run.output
+    run = invoked(["margins", str(made)])
     rows = [line.split() for line in run.output.splitlines() if line.startswith("loop ")]
     assert [row[-1] for row in rows if row[1] in ("Ms_db", "stable_to_steps")] == ["ok", "ok"]
 
 
 def test_every_broken_limit_is_a_line_and_exits_with_1(tmp_path: Path) -> None:
     made = folder(tmp_path, 'case = "nominal"\nMs_db = 2\ncorners = ["up_*"]\nslopes = [0.7, 1.3]\nstable_to_steps = 3')
-    run = CliRunner().invoke(main, ["margins", str(made)])
-    assert run.exit_code == 1
+    run = invoked(["margins", str(made)], status=1)
     lines = [line for line in run.output.splitlines() if line.startswith("loop: margins.")]
     assert len(lines) == 2
     assert lines[0].startswith("loop: margins.Ms_db: must be at most 2 at nominal. Got 4.6")
     assert lines[1].startswith("loop: margins.stable_to_steps: must be at least 3 at up_10, the worst of 1. Got ")
 
 
-@pytest.mark.parametrize(
-    ("limits", "why"),
-    [
-        ('case = "open"\nMs_db = 6', "margins.case: The case must have a loop. Got 'open' instead."),
-        ('corners = ["down_*"]\nstable_to_steps = 1', "margins.corners: A case with a loop must have such a name."),
-        ("Ms = 6", "margins.Ms"),
-    ],
-)
+@pytest.mark.parametrize(("limits", "why"), [
+    ('case = "open"\nMs_db = 6', "margins.case: The case must have a loop. Got 'open' instead."),
+    ('corners = ["down_*"]\nstable_to_steps = 1', "margins.corners: A case with a loop must have such a name."),
+    ("Ms = 6", "margins.Ms"),
+])  # fmt: skip
 def test_a_limit_that_nothing_can_meet_is_refused(tmp_path: Path, limits: str, why: str) -> None:
-    run = CliRunner().invoke(main, ["margins", str(folder(tmp_path, limits))])
-    assert run.exit_code == 2
+    run = invoked(["margins", str(folder(tmp_path, limits))], status=2)
     assert why in run.output
     assert "Traceback" not in run.output
 
@@ -68,8 +61,7 @@ def test_a_run_has_the_margins_of_its_loops(tmp_path: Path) -> None:
 
 
 def test_delays_have_a_row_each(tmp_path: Path) -> None:
-    run = CliRunner().invoke(main, ["margins", str(folder(tmp_path, "Ms_db = 6")), "--case", "nominal", "--delays"])
-    assert run.exit_code == 0, run.output
+    run = invoked(["margins", str(folder(tmp_path, "Ms_db = 6")), "--case", "nominal", "--delays"])
     rows = [line.split() for line in run.output.splitlines() if line.startswith("loop ")]
     assert [row[3] for row in rows] == ["0", "0.5", "1", "2"]
     assert [row[-1] for row in rows] == ["stable", "stable", "stable", "unstable"]

@@ -113,22 +113,18 @@ def damaged(rows, row, column, value):
     return rows
 
 
-@pytest.mark.parametrize(
-    ("rows", "head", "words"),
-    [
-        (
-            [(*row, 0.0) for row in record()],
-            "t,u,z,w",
-            ["The output must be one of the columns. Got t, u, z, w", "--output"],
-        ),
-        (damaged(record(), 17, 1, "nan"), "t,u,y", ["line 19", "u", "nan"]),
-        (damaged(record(), 30, 2, "abc"), "t,u,y", ["line 32", "abc"]),
-        (damaged(record(), 40, 0, "0.1"), "t,u,y", ["line 42", "0.1"]),
-        (record()[:2], "t,u,y", ["rows"]),
-        ([], "t,u,y", ["rows"]),
-    ],
-    ids=["missing column", "NaN", "not a number", "time goes back", "too short", "empty"],
-)
+@pytest.mark.parametrize(("rows", "head", "words"), [
+    (
+        [(*row, 0.0) for row in record()],
+        "t,u,z,w",
+        ["The output must be one of the columns. Got t, u, z, w", "--output"],
+    ),
+    (damaged(record(), 17, 1, "nan"), "t,u,y", ["line 19", "u", "nan"]),
+    (damaged(record(), 30, 2, "abc"), "t,u,y", ["line 32", "abc"]),
+    (damaged(record(), 40, 0, "0.1"), "t,u,y", ["line 42", "0.1"]),
+    (record()[:2], "t,u,y", ["rows"]),
+    ([], "t,u,y", ["rows"]),
+], ids=["missing column", "NaN", "not a number", "time goes back", "too short", "empty"])  # fmt: skip
 def test_a_bad_csv_is_one_line_and_exit_status_2(tmp_path, rows, head, words):
     path = write(tmp_path / "bad.csv", rows, head)
     out = tmp_path / "m.model.toml"
@@ -145,6 +141,7 @@ def one_line(done, words):
         assert w in lines[0]
 
 
+@pytest.mark.turn("files of commands")
 @pytest.mark.some(1)
 @pytest.mark.parametrize(
     ("scale", "words"),
@@ -202,36 +199,35 @@ def test_run_needs_a_scenario(tmp_path):
     one_line(hystfmu("run", tmp_path, cwd=tmp_path), ["scenario.toml", "must be valid TOML"])
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (("fit", "peizo.csv"), "peizo.csv: No such file or directory. Did you mean 'piezo.csv'?"),
-        (("fit", "lab/piezo.csv"), "lab/piezo.csv: No such file or directory. Did you mean 'labs'?"),
-        (("run", "scenarios/pdi"), "scenarios/pdi: No such file or directory. Did you mean 'scenarios/pid'"),
-        (("run", "piezo.csv"), "piezo.csv: The scenario must be a folder with a scenario.toml"),
-        (
-            ("predict", "piezo.csv", "piezo.csv", "-o", "o.csv"),
-            "Is it another kind of file? A model ends with .model.toml",
-        ),
-        (("fit", "piezo.csv", "--model", "prandtl"), "Got 'prandtl' instead. Did you mean 'prandtl_ishlinskii'?"),
-        (("blocks", "pidd"), "Got 'pidd' instead. Did you mean 'pid'?"),
-        (("fit", "piezo.csv", "--modle", "auto"), "No such option '--modle'."),
-        (("predict", "piezo.csv"), "Missing argument 'DATA'. See 'hystfmu predict --help'."),
-        (
-            ("export", "delay", "--set", "n=abc", "-o", "d.fmu"),
-            "The 'n' size of delay must be an int in [1, 1000000]. Got abc",
-        ),
-        (
-            ("export", "delay", "--set", "m=3", "-o", "d.fmu"),
-            "A parameter of delay must be one of y0 (sizes: n). Got 'm'",
-        ),
-        (
-            ("fit", "piezo.csv", "--input", "u", "--output", "u"),
-            "The output must be a column of its own. Got 'u', the input.",
-        ),
-        (("frob",), "No such command 'frob'. See 'hystfmu --help'."),
-    ],
-)
+@pytest.mark.parametrize(("words", "says"), [
+    (("fit", "peizo.csv"), "peizo.csv: No such file or directory. Did you mean 'piezo.csv'?"),
+    (("fit", "lab/piezo.csv"), "lab/piezo.csv: No such file or directory. Did you mean 'labs'?"),
+    (("run", "scenarios/pdi"), "scenarios/pdi: No such file or directory. Did you mean 'scenarios/pid'"),
+    (("run", "piezo.csv"), "piezo.csv: The scenario must be a folder with a scenario.toml"),
+    (
+        ("predict", "piezo.csv", "piezo.csv", "-o", "o.csv"),
+        "Is it another kind of file? A model ends with .model.toml",
+    ),
+    (("fit", "piezo.csv", "--model", "prandtl"), "Got 'prandtl' instead. Did you mean 'prandtl_ishlinskii'?"),
+    (("blocks", "pidd"), "Got 'pidd' instead. Did you mean 'pid'?"),
+    (("fit", "piezo.csv", "--modle", "auto"), "No such option '--modle'."),
+    (("predict", "piezo.csv"), "Missing argument 'DATA'. See 'hystfmu predict --help'."),
+    (("predict", "piezo.csv", "piezo.csv"), "Missing option '-o'. See 'hystfmu predict --help'."),
+    (("predict", "labs", "piezo.csv", "-o", "o.csv"), "labs: The file must be a regular file. Got a folder."),
+    (
+        ("export", "delay", "--set", "n=abc", "-o", "d.fmu"),
+        "The 'n' size of delay must be an int in [1, 1000000]. Got abc",
+    ),
+    (
+        ("export", "delay", "--set", "m=3", "-o", "d.fmu"),
+        "A parameter of delay must be one of y0 (sizes: n). Got 'm'",
+    ),
+    (
+        ("fit", "piezo.csv", "--input", "u", "--output", "u"),
+        "The output must be a column of its own. Got 'u', the input.",
+    ),
+    (("frob",), "No such command 'frob'. See 'hystfmu --help'."),
+])  # fmt: skip
 def test_a_mistake_gets_one_line_with_what_was_meant(tmp_path, words, says):
     write(tmp_path / "piezo.csv", record(80))
     (tmp_path / "labs").mkdir()
@@ -318,7 +314,7 @@ def test_version():
     assert "0.2.0" in process("--version").stdout
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("good FMUs")
 def test_a_bare_block_is_exported(tmp_path):
     """A block with given sizes and values; the FMU holds them."""
 

@@ -80,14 +80,11 @@ def test_without_torch_networks_are_trained_and_inverted(folder: Path):
 
 @pytest.mark.turn("imports")
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("hidden", "study"),
-    [
-        ("pyarrow", "sobol.study.toml -o a"),
-        ("optuna", "optuna.study.toml -o b"),
-        ("distributed", "-o c --on dask://x:1"),
-    ],
-)
+@pytest.mark.parametrize(("hidden", "study"), [
+    ("pyarrow", "sobol.study.toml -o a"),
+    ("optuna", "optuna.study.toml -o b"),
+    ("distributed", "-o c --on dask://x:1"),
+])  # fmt: skip
 def test_a_study_names_the_extra(folder: Path, hidden: str, study: str):
     command = study if study.endswith(("a", "b")) else f"sobol.study.toml {study}"
     (((line,), status),) = run_hidden(folder, [hidden], f"study {command}")

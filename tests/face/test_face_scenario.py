@@ -103,6 +103,7 @@ def test_a_shipped_scenario_is_read_run_changed_and_saved_elsewhere(tmp_path: Pa
         hy.run(loop, engine="native", record=True)
 
 
+@pytest.mark.turn("scenarios of the face")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["cascade_learned", "sliding_mode_2005_1khz"])
 def test_a_copy_of_a_shipped_scenario_runs_the_same_systems(name: str, tmp_path: Path):
@@ -131,45 +132,42 @@ def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, 
     assert hy.run(folder).passed
 
 
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        (lambda s, m: s.add("pid", m), "scenario 'tracking': units.pid: The name of a unit must occur once"),
-        (lambda s, m: s.add("x", 3), "scenario 'tracking': units.x: A unit must be a model, a block"),
-        (lambda s, m: s.add("x", "x.txt"), "scenario 'tracking': units.x: The path must end in"),
-        (lambda s, m: s.add("x y", m).ready(), "scenario 'tracking': units.x y"),
-        (lambda s, m: s.add("x", m, every=0).ready(), "scenario 'tracking': units.x: every: .*Got 0 instead"),
-        (lambda s, m: build(s.add("x", m).ready().cases[0]), "nothing is connected to 'x.u'"),
-        (lambda s, m: s.connect("pid", "x.y"), "must read 'unit.variable'; got 'pid'"),
-        (lambda s, m: s.connect("pid.u", "plant.u"), "'plant.u' must have one source. Got 'pid.u' and 'pid.u'"),
-        (lambda s, m: build(s.connect("plant.u", "plant.x").ready().cases[0]), "no input 'plant.x'"),
-        (lambda s, m: s.metric("m", "mean", "plant.y").ready(), "scenario 'tracking': metrics.m.kind"),
-        (lambda s, m: s.metric("m", "rms_percent", "plant.y").ready(), "rms_percent needs 'against'"),
-        (lambda s, m: s.case("a", set={"gone.w": 1.0}).ready(), "case a: set: no unit 'gone'"),
-        (lambda s, m: s.order("plant").ready(), "order: must name every unit once"),
-        (lambda s, m: hy.Scenario("tracking", step=1e-4).ready(), "must have a unit. Got none; add"),
-        (
-            lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).ready(),
-            "must have a metric. Got none; metric",
+@pytest.mark.parametrize(("wrong", "words"), [
+    (lambda s, m: s.add("pid", m), "scenario 'tracking': units.pid: The name of a unit must occur once"),
+    (lambda s, m: s.add("x", 3), "scenario 'tracking': units.x: A unit must be a model, a block"),
+    (lambda s, m: s.add("x", "x.txt"), "scenario 'tracking': units.x: The path must end in"),
+    (lambda s, m: s.add("x y", m).ready(), "scenario 'tracking': units.x y"),
+    (lambda s, m: s.add("x", m, every=0).ready(), "scenario 'tracking': units.x: every: .*Got 0 instead"),
+    (lambda s, m: build(s.add("x", m).ready().cases[0]), "nothing is connected to 'x.u'"),
+    (lambda s, m: s.connect("pid", "x.y"), "must read 'unit.variable'; got 'pid'"),
+    (lambda s, m: s.connect("pid.u", "plant.u"), "'plant.u' must have one source. Got 'pid.u' and 'pid.u'"),
+    (lambda s, m: build(s.connect("plant.u", "plant.x").ready().cases[0]), "no input 'plant.x'"),
+    (lambda s, m: s.metric("m", "mean", "plant.y").ready(), "scenario 'tracking': metrics.m.kind"),
+    (lambda s, m: s.metric("m", "rms_percent", "plant.y").ready(), "rms_percent needs 'against'"),
+    (lambda s, m: s.case("a", set={"gone.w": 1.0}).ready(), "case a: set: no unit 'gone'"),
+    (lambda s, m: s.order("plant").ready(), "order: must name every unit once"),
+    (lambda s, m: hy.Scenario("tracking", step=1e-4).ready(), "must have a unit. Got none; add"),
+    (
+        lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).ready(),
+        "must have a metric. Got none; metric",
+    ),
+    (
+        lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).metric("p", "peak", "plant.y").ready(),
+        "stop: The end of the run must be given",
+    ),
+    (
+        lambda s, m: (
+            hy.Scenario("tracking", step=1e-4)
+            .add("plant", hy.blocks.Creep())
+            .metric("e", "final", "plant.y", against="reference.r")
+            .ready()
         ),
-        (
-            lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).metric("p", "peak", "plant.y").ready(),
-            "stop: The end of the run must be given",
-        ),
-        (
-            lambda s, m: (
-                hy.Scenario("tracking", step=1e-4)
-                .add("plant", hy.blocks.Creep())
-                .metric("e", "final", "plant.y", against="reference.r")
-                .ready()
-            ),
-            "The stroke of 'plant' must be known",
-        ),
-        (lambda s, m: hy.Scenario("tracking", step="1e-4"), "The step must be a float"),
-        (lambda s, m: hy.Scenario("scenario 'tracking': no", step=1e-4), "The name must be a letter"),
-        (lambda s, m: hy.Scenario("tracking", step=0.0).add("p", m).metric("p", "peak", "p.y").ready(), "step"),
-    ],
-)
+        "The stroke of 'plant' must be known",
+    ),
+    (lambda s, m: hy.Scenario("tracking", step="1e-4"), "The step must be a float"),
+    (lambda s, m: hy.Scenario("scenario 'tracking': no", step=1e-4), "The name must be a letter"),
+    (lambda s, m: hy.Scenario("tracking", step=0.0).add("p", m).metric("p", "peak", "p.y").ready(), "step"),
+])  # fmt: skip
 def test_an_error_names_scenario_unit_and_key(plant: hy.Model, wrong, words: str):
     with pytest.raises(hy.InputError, match=words) as e:
         wrong(tracking(plant), plant)

@@ -9,6 +9,7 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 from scipy.signal import lfilter
 
 import hystfmu as hy
@@ -99,8 +100,7 @@ def test_what_a_record_does_not_show_is_said_alike_on_terminal_page_and_in_json(
     data = decaying()
     data.to_csv("decay.csv")
     words = ["fit", "decay.csv", "--model", "prandtl_ishlinskii"]
-    done = CliRunner().invoke(main, words)
-    assert done.exit_code == 0, done.output
+    done = invoked(words)
     text = interval_text(known(hy.Model.load("decay.prandtl_ishlinskii.model.toml"), hy.read("decay.csv")), "")
     assert "It holds for signals like those of the record. It is not known to hold for" in text
     assert "minor loops at several levels" in text
@@ -124,8 +124,7 @@ def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):
     data = measured("a")
     data.to_csv("a.csv")
     rows = f"{data.train.start}:{data.train.stop}"
-    done = CliRunner().invoke(main, ["fit", "a.csv", "--model", "prandtl_ishlinskii", "--train", rows])
-    assert done.exit_code == 0, done.output
+    done = invoked(["fit", "a.csv", "--model", "prandtl_ishlinskii", "--train", rows])
     assert done.stdout.count("held-out rows  ") == 2
     assert "conformal over 40 blocks" in done.stdout
     assert sorted(p.name for p in tmp_path.iterdir()) == [
@@ -140,8 +139,7 @@ def test_fit_and_predict_print_the_errors_of_every_part(tmp_path, monkeypatch):
     assert found["rows"] == [0, len(data.t)]
     assert f"{found['rms_percent']:.4g}" in done.stdout
     (tmp_path / "u.csv").write_text("t,u\n" + "".join(f"{k * 1e-3!r},{v!r}\n" for k, v in enumerate(data.u.tolist())))
-    without = CliRunner().invoke(main, ["predict", model, "u.csv", "-o", "q.csv"])
-    assert without.exit_code == 0, without.output
+    without = invoked(["predict", model, "u.csv", "-o", "q.csv"])
     assert "no output" in without.stdout
     assert "all rows" not in without.stdout
 

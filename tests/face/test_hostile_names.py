@@ -250,13 +250,10 @@ def test_names_of_an_ssp_archive(folder: Path, tmp_path: Path) -> None:
         assert not any(line.startswith(renames) for line in told.splitlines())
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        *("fit {}", "export {}", "validate {}", "run {}", "study {}", "{}", "fit --{}", "compare {} {}"),
-        *("design {}", "design irc {}", "design repetitive {}", "design pi --{}"),
-    ],
-)
+@pytest.mark.parametrize("words", [
+    *("fit {}", "export {}", "validate {}", "run {}", "study {}", "{}", "fit --{}", "compare {} {}"),
+    *("design {}", "design irc {}", "design repetitive {}", "design pi --{}"),
+])  # fmt: skip
 def test_words_of_the_command_line(words: str, tmp_path: Path) -> None:
     for bad in (*NOT_XML.values(), *HOSTILE.values(), "a\nb", os.fsdecode(bytes([255, 27]))):
         if "\0" not in bad:  # the system hands no such word on

@@ -75,6 +75,7 @@ def test_the_distribution_of_a_study_is_that_of_its_rows(shown: dict[str, object
     assert limit.x.tolist() == [2.5, 2.5]
 
 
+@pytest.mark.turn("files of commands")
 def test_matplotlib_draws_the_same_rows(shown: dict[str, object], data: hy.Dataset, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the extra notebook is not installed")
     plot = shown["model"].plot(data)  # type: ignore[attr-defined]

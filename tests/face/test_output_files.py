@@ -62,6 +62,7 @@ def listed(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
+@pytest.mark.turn("files of commands")
 @pytest.mark.some(2)
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_command_keeps_a_file_of_other_content(name: str, here: Path) -> None:
@@ -81,7 +82,7 @@ def test_a_command_keeps_a_file_of_other_content(name: str, here: Path) -> None:
     assert listed(here) == made
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("files of commands")
 def test_records_and_kinds_have_files_of_their_own(here: Path) -> None:
     for name, source in (("Mess 1", "a"), ("Mess 2", "b")):
         Path(f"{source}.csv").rename(f"{name}.csv")

@@ -23,17 +23,14 @@ SLOW = {"tutorial/piezo.md", "explanation/promise.md", "howto/loops.md", "howto/
 
 
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    "page",
-    [
-        pytest.param(
-            p,
-            marks=[pytest.mark.stress] if p.relative_to(DOCS).as_posix() in SLOW else [],
-            id=p.relative_to(DOCS).as_posix(),
-        )
-        for p in PAGES
-    ],
-)
+@pytest.mark.parametrize("page", [
+    pytest.param(
+        p,
+        marks=[pytest.mark.stress] if p.relative_to(DOCS).as_posix() in SLOW else [],
+        id=p.relative_to(DOCS).as_posix(),
+    )
+    for p in PAGES
+])  # fmt: skip
 def test_programs_and_commands_of_a_page_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

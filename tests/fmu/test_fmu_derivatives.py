@@ -45,6 +45,7 @@ def answer(m: Events, point: Array) -> Array:
     return np.array(m.outputs() + list(m.derivatives() if n else ()))
 
 
+@pytest.mark.some(20)
 @pytest.mark.parametrize("fmi", [2], indirect=True)
 @pytest.mark.parametrize("name", list(GRAPHS))
 def test_the_sign_of_the_seed_selects_the_side(make: Make, name: str) -> None:

@@ -20,6 +20,7 @@ def stepped(m: Events, u: Array, h: float = H) -> Array:
 
 
 # ---- Co-Simulation with Event Mode ----------------------------------------------------------------------------------
+@pytest.mark.some(20)
 @only_fmi3
 @pytest.mark.parametrize("name", BLOCKS)
 def test_no_block_adds_a_delay(make: Make, name: str) -> None:

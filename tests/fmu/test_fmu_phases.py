@@ -210,6 +210,7 @@ def _bring(m: Master, state: str) -> None:
         assert m.call("Terminate") == OK
 
 
+@pytest.mark.some(12)
 @pytest.mark.parametrize(("fmi", "interface", "state"), CASES, indirect=["fmi"])
 def test_matrix(make: Make, fmi: int, interface: str, state: str) -> None:
     place = f"'{STATES[state]}' of {'Model Exchange' if interface == 'me' else 'Co-Simulation'}"

@@ -11,9 +11,8 @@ from fmpy import read_model_description
 from fmu_events import Events
 from fmu_master import DISCARD, ERROR, OK, Array, H, Make, Master, loop, mixed, only_fmi2, only_fmi3, rows, single
 
-from hystfmu import InputError, Unit
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 
 INTERFACES = [(2, "cs"), (3, "cs"), (3, "event")]
 each = pytest.mark.parametrize(("fmi", "interface"), INTERFACES, indirect=["fmi"], ids=lambda v: str(v))
@@ -86,6 +85,7 @@ def test_a_step_of_n_sample_times_has_the_bits_of_n_steps(
     m.free()
 
 
+@pytest.mark.some(30)
 @every_graph
 @pytest.mark.parametrize("part", [0.25, 0.5, 0.75, 1.5, 2.01, 1e6 + 1])
 def test_a_step_of_another_length_is_refused_in_one_line(make: Make, graph: Callable[[], Graph], part: float) -> None:
@@ -295,16 +295,12 @@ def test_the_description_states_the_sample_time(graph: Callable[[], Graph], fmi:
     assert (float(experiment.stepSize), float(experiment.stopTime)) == (2.5e-4, 0.2)
 
 
-@pytest.mark.parametrize(
-    ("node", "step"),
-    [
-        (Node("f", "transfer_function", {"nb": 0, "na": 1}, {"b": [1.0], "a": [1e-5, 1.0]}), 2e-6),
-        (Node("m", "modes", {"n": 2}, {"f_n": [10.0, 1e3], "zeta": [0.1, 0.02]}), 5e-5),
-        (Node("c", "creep", {"n": 2}, {"T": [1.0, 20.0], "w": [0.1, 0.1]}), 0.2),
-        (Node("p", "backlash_sum"), 1e-3),
-    ],
-    ids=lambda v: getattr(v, "type", v),
-)
+@pytest.mark.parametrize(("node", "step"), [
+    (Node("f", "transfer_function", {"nb": 0, "na": 1}, {"b": [1.0], "a": [1e-5, 1.0]}), 2e-6),
+    (Node("m", "modes", {"n": 2}, {"f_n": [10.0, 1e3], "zeta": [0.1, 0.02]}), 5e-5),
+    (Node("c", "creep", {"n": 2}, {"T": [1.0, 20.0], "w": [0.1, 0.1]}), 0.2),
+    (Node("p", "backlash_sum"), 1e-3),
+], ids=lambda v: getattr(v, "type", v))  # fmt: skip
 def test_the_step_of_a_model_without_one_follows_from_its_poles(node: Node, step: float, tmp_path: Path) -> None:
     graph = Graph.single(node)
     description = read_model_description(str(export_fmu(graph, tmp_path / "m.fmu")))

@@ -11,13 +11,12 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from fmpy.build import build_platform_binary
 from fmu_master import BLOCKS, Master, loop, rows, single, unpack
+from invoked import invoked
 from lxml import etree
 
 import hystfmu as hy
-from hystfmu.cli import main
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 
@@ -61,6 +60,7 @@ def _compile(compiler: str, source: Path, out: Path, *options: str) -> None:
     assert done.returncode == 0, done.stderr[:3000]
 
 
+@pytest.mark.turn("warnings of compilers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O0", marks=pytest.mark.stress)])
 @pytest.mark.parametrize(("fmi", "compiler"), EACH)
@@ -213,8 +213,7 @@ def test_two_of_them_in_one_program(tmp_path: Path) -> None:
 
 def test_export_says_which_headers_the_source_needs(tmp_path: Path, fmi: int) -> None:
     out = tmp_path / "m.fmu"
-    done = CliRunner().invoke(main, ["export", "creep", "--source", "--fmi", str(fmi), "-o", str(out)])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", "creep", "--source", "--fmi", str(fmi), "-o", str(out)])
     with zipfile.ZipFile(out) as archive:
         text = archive.read("sources/creep.c").decode()
     (needed,) = set(re.findall(r'#\s*include "(.*)"', text))

@@ -5,9 +5,8 @@ import plants
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
-from hystfmu import Graph, InputError, Model, Node, Unit
+from hystfmu import Graph, Input, InputError, Model, Node, Output, Unit
 from hystfmu.base.arrays import Array
-from hystfmu.graph import Input, Output
 from hystfmu.graph.recursion import Recursion, discretised, parallel_lags
 
 PLAYS = {"r": [0.1, 0.2, 0.3], "w": [1.0, 2.0, 0.5], "w0": 0.7}
@@ -57,36 +56,30 @@ def test_a_loop_with_a_delay_reads_the_held_value():
     assert y.tolist() == expected
 
 
-@pytest.mark.parametrize(
-    ("wires", "message"),
-    [
-        ([("a.y", "c.u")], r"The block of a connection end must be one of \['a', 'b'\]. Got 'c.u' instead."),
-        (
-            [("a.q", "b.u")],
-            r"The output of backlash_sum at a connection end must be one of \['y'\]. Got 'a.q' instead.",
-        ),
-        ([("a.y", "b.w")], r"The input of backlash_sum at a connection end must be one of \['u'\]. Got 'b.w' instead."),
-        ([("a.y", "b.u"), ("a.y", "b.u")], "An input of 'b' must have one source. Got two connections."),
-        ([("a.y[2]", "b.u")], r"must be in 1\.\.1. Got 2 instead."),
-    ],
-)
+@pytest.mark.parametrize(("wires", "message"), [
+    ([("a.y", "c.u")], r"The block of a connection end must be one of \['a', 'b'\]. Got 'c.u' instead."),
+    (
+        [("a.q", "b.u")],
+        r"The output of backlash_sum at a connection end must be one of \['y'\]. Got 'a.q' instead.",
+    ),
+    ([("a.y", "b.w")], r"The input of backlash_sum at a connection end must be one of \['u'\]. Got 'b.w' instead."),
+    ([("a.y", "b.u"), ("a.y", "b.u")], "An input of 'b' must have one source. Got two connections."),
+    ([("a.y[2]", "b.u")], r"must be in 1\.\.1. Got 2 instead."),
+])  # fmt: skip
 def test_bad_wires_are_refused(wires, message):
     with pytest.raises(InputError, match=message):
         Graph([Node("a", "backlash_sum"), Node("b", "backlash_sum")], wires)
 
 
-@pytest.mark.parametrize(
-    ("dims", "values", "message"),
-    [
-        ({}, {"q": 1.0}, "A parameter of backlash_sum must be one of .*. Got 'q' instead."),
-        ({"m": 3}, {}, r"A size of backlash_sum must be one of \['n'\]. Got 'm' instead."),
-        ({"n": 0}, {}, "The 'n' size of b must be an int in .*. Got 0 instead."),
-        ({"n": 3}, {"w": [1.0, 2.0]}, "must have 3 values. Got 2"),
-        ({}, {"r": [-0.1]}, r"The 'r' parameter of b must be a float in \[0, inf\). Got -0.1 instead."),
-        ({}, {"w0": float("nan")}, r"The 'w0' parameter of b must be a float in \(-inf, inf\). Got nan instead."),
-        ({}, {"w0": "x"}, "must be a number. Got 'x'"),
-    ],
-)
+@pytest.mark.parametrize(("dims", "values", "message"), [
+    ({}, {"q": 1.0}, "A parameter of backlash_sum must be one of .*. Got 'q' instead."),
+    ({"m": 3}, {}, r"A size of backlash_sum must be one of \['n'\]. Got 'm' instead."),
+    ({"n": 0}, {}, "The 'n' size of b must be an int in .*. Got 0 instead."),
+    ({"n": 3}, {"w": [1.0, 2.0]}, "must have 3 values. Got 2"),
+    ({}, {"r": [-0.1]}, r"The 'r' parameter of b must be a float in \[0, inf\). Got -0.1 instead."),
+    ({}, {"w0": float("nan")}, r"The 'w0' parameter of b must be a float in \(-inf, inf\). Got nan instead."),
+    ({}, {"w0": "x"}, "must be a number. Got 'x'"),
+])  # fmt: skip
 def test_bad_values_are_refused(dims, values, message):
     with pytest.raises(InputError, match=message):
         Node("b", "backlash_sum", dims, values)
@@ -231,34 +224,31 @@ def test_a_byte_order_mark_is_no_text(tmp_path):
     assert Model.load(path).graph.to_bytes() == model().graph.to_bytes()
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (
-            "format = 1",
-            "format = 9",
-            "format: The format must be 1. Got 9 of a newer version .*: pip install --upgrade hystfmu",
-        ),
-        ("format = 1", "format = 2\nkeys_to_come = 3", "format: The format must be 1. Got 2"),
-        (
-            "format = 1",
-            "format = 0",
-            "format: The format must be 1. Got 0 of an older version of HystFMU: create the file again",
-        ),
-        (
-            "format = 1\n",
-            "",
-            "format: The format must be 1. Got none, as in older versions of HystFMU: create the file",
-        ),
-        ("format = 1", "format = 'x'", "format: The value must be 1. Got 'x' instead."),
-        ('type = "prandtl_ishlinskii"', 'type = "preisach2"', "Got 'preisach2' instead"),
-        ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "A parameter of .* must be one of .*. Got 'w9' instead."),
-        ("step = 0.001", "step = -1.0", "step: The value must be greater than 0. Got -1.0 instead."),
-        ("step = 0.001", "step = 'x'", "step"),
-        ("[provenance]", "[provenance", "must be valid TOML"),
-        ("wires = []", 'wires = [["a", "b", "c"]]', "wires"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    (
+        "format = 1",
+        "format = 9",
+        "format: The format must be 1. Got 9 of a newer version .*: pip install --upgrade hystfmu",
+    ),
+    ("format = 1", "format = 2\nkeys_to_come = 3", "format: The format must be 1. Got 2"),
+    (
+        "format = 1",
+        "format = 0",
+        "format: The format must be 1. Got 0 of an older version of HystFMU: create the file again",
+    ),
+    (
+        "format = 1\n",
+        "",
+        "format: The format must be 1. Got none, as in older versions of HystFMU: create the file",
+    ),
+    ("format = 1", "format = 'x'", "format: The value must be 1. Got 'x' instead."),
+    ('type = "prandtl_ishlinskii"', 'type = "preisach2"', "Got 'preisach2' instead"),
+    ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "A parameter of .* must be one of .*. Got 'w9' instead."),
+    ("step = 0.001", "step = -1.0", "step: The value must be greater than 0. Got -1.0 instead."),
+    ("step = 0.001", "step = 'x'", "step"),
+    ("[provenance]", "[provenance", "must be valid TOML"),
+    ("wires = []", 'wires = [["a", "b", "c"]]', "wires"),
+])  # fmt: skip
 def test_what_is_wrong_is_named(tmp_path, old, new, message):
     path = tmp_path / "m.model.toml"
     model().save(path)

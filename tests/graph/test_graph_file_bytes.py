@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import RawError, block_types, library
-from hystfmu.graph import Graph, Input, Node, Output
 
 DAMAGED = "the block file is damaged or not a block file"
 SIZE, WIRING = "a size is out of range", "a connection names a port that does not exist"
@@ -112,52 +111,46 @@ def test_every_beginning_of_a_file_is_refused() -> None:
     assert said(file(whole[68:] + b"\0")) == f"{DAMAGED}: bytes after the end"
 
 
-@pytest.mark.parametrize(
-    ("content", "sentence"),
-    [
-        (b"hYSTFMU\n" + chain()[8:], f"{DAMAGED}: header"),
-        (chain(version=1), "the block file has a version that this binary does not read"),
-        (chain(version=3), "the block file has a version that this binary does not read"),
-        (chain()[:12] + u32(7) + chain()[16:], f"{DAMAGED}: length"),
-        (chain()[:-1] + b"\1", "the block file is damaged: its checksum does not match"),
-        (chain(token=b"t" * 40), f"{DAMAGED}: token"),
-        (chain(token=b"t" * 39), ""),
-        (chain(step=1e300), ""),
-        (chain(step=-5e-324), f"{DAMAGED}: step"),
-        *((chain(step=step), f"{DAMAGED}: step") for step in (np.inf, np.nan)),
-    ],
-)
+@pytest.mark.parametrize(("content", "sentence"), [
+    (b"hYSTFMU\n" + chain()[8:], f"{DAMAGED}: header"),
+    (chain(version=1), "the block file has a version that this binary does not read"),
+    (chain(version=3), "the block file has a version that this binary does not read"),
+    (chain()[:12] + u32(7) + chain()[16:], f"{DAMAGED}: length"),
+    (chain()[:-1] + b"\1", "the block file is damaged: its checksum does not match"),
+    (chain(token=b"t" * 40), f"{DAMAGED}: token"),
+    (chain(token=b"t" * 39), ""),
+    (chain(step=1e300), ""),
+    (chain(step=-5e-324), f"{DAMAGED}: step"),
+    *((chain(step=step), f"{DAMAGED}: step") for step in (np.inf, np.nan)),
+])  # fmt: skip
 def test_header(content: bytes, sentence: str) -> None:
     assert said(content) == sentence
 
 
-@pytest.mark.parametrize(
-    ("nodes", "counts", "sentence"),
-    [
-        ([], {}, f"{DAMAGED}: number of blocks"),
-        ([gain(b"a"), gain(b"b")], {"nodes": 1001}, f"{DAMAGED}: number of blocks"),
-        ([gain(b"a"), gain(b"b")], {"nodes": 2**32 - 1}, f"{DAMAGED}: number of blocks"),
-        ([gain(b""), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
-        ([gain(b"a" * 255), gain(b"b")], {}, ""),
-        ([gain(b"a" * 256), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
-        ([gain(b"a\0a"), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
-        (
-            [gain(b"a").replace(b"scaling", b"scalinG"), gain(b"b")],
-            {},
-            "this binary has no block of this name: scalinG",
-        ),
-        ([gain(b"a", n=0), gain(b"b")], {}, f"{SIZE} at scaling.n"),
-        ([gain(b"a", n=100001), gain(b"b")], {}, f"{SIZE} at scaling.n"),
-        ([name(b"a") + name(b"scaling") + u32(2, 1, 1), gain(b"b")], {}, f"{SIZE} at scaling: number of sizes"),
-        ([gain(b"a", values=(0.0,) * 3), gain(b"b")], {}, f"{DAMAGED} at scaling: number of values"),
-        ([gain(b"a", values=(0.0,) * 5), gain(b"b")], {}, f"{DAMAGED} at scaling: number of values"),
-        (
-            [gain(b"a", values=(np.nan, 0.0, -1.0, 1.0)), gain(b"b")],
-            {},
-            "The 'gain' parameter of a must be a float in (-inf, inf). Got nan instead.",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("nodes", "counts", "sentence"), [
+    ([], {}, f"{DAMAGED}: number of blocks"),
+    ([gain(b"a"), gain(b"b")], {"nodes": 1001}, f"{DAMAGED}: number of blocks"),
+    ([gain(b"a"), gain(b"b")], {"nodes": 2**32 - 1}, f"{DAMAGED}: number of blocks"),
+    ([gain(b""), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
+    ([gain(b"a" * 255), gain(b"b")], {}, ""),
+    ([gain(b"a" * 256), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
+    ([gain(b"a\0a"), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
+    (
+        [gain(b"a").replace(b"scaling", b"scalinG"), gain(b"b")],
+        {},
+        "this binary has no block of this name: scalinG",
+    ),
+    ([gain(b"a", n=0), gain(b"b")], {}, f"{SIZE} at scaling.n"),
+    ([gain(b"a", n=100001), gain(b"b")], {}, f"{SIZE} at scaling.n"),
+    ([name(b"a") + name(b"scaling") + u32(2, 1, 1), gain(b"b")], {}, f"{SIZE} at scaling: number of sizes"),
+    ([gain(b"a", values=(0.0,) * 3), gain(b"b")], {}, f"{DAMAGED} at scaling: number of values"),
+    ([gain(b"a", values=(0.0,) * 5), gain(b"b")], {}, f"{DAMAGED} at scaling: number of values"),
+    (
+        [gain(b"a", values=(np.nan, 0.0, -1.0, 1.0)), gain(b"b")],
+        {},
+        "The 'gain' parameter of a must be a float in (-inf, inf). Got nan instead.",
+    ),
+])  # fmt: skip
 def test_blocks(nodes: list[bytes], counts: dict[str, int], sentence: str) -> None:
     assert said(chain(nodes, counts=counts)) == sentence
 
@@ -173,13 +166,10 @@ def test_as_many_blocks_as_the_limit() -> None:
             assert Executor(content).run(np.array([[0.5]]), 1, 0.1)[0, 0] == pytest.approx(1.5, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("starts", "counts", "sentence"),
-    [
-        ([np.nan], {}, f"{DAMAGED}: start value of an input"), ([np.inf], {}, f"{DAMAGED}: start value of an input"),
-        ([0.0], {"starts": 2**31}, f"{DAMAGED}: number of inputs"), ([0.0, 1.0], {}, ""), ([], {}, WIRING),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("starts", "counts", "sentence"), [
+    ([np.nan], {}, f"{DAMAGED}: start value of an input"), ([np.inf], {}, f"{DAMAGED}: start value of an input"),
+    ([0.0], {"starts": 2**31}, f"{DAMAGED}: number of inputs"), ([0.0, 1.0], {}, ""), ([], {}, WIRING),
+])  # fmt: skip
 def test_inputs(starts: list[float], counts: dict[str, int], sentence: str) -> None:
     assert said(chain(starts=starts, counts=counts)).startswith(sentence)
     assert bool(said(chain(starts=starts, counts=counts))) == bool(sentence)
@@ -192,54 +182,48 @@ def test_a_number_that_exceeds_the_rest_of_the_file(key: str, width: int, what: 
         assert (said(chain(counts={key: n})) == f"{DAMAGED}: number of {what}") == (n > rest // width)
 
 
-@pytest.mark.parametrize(
-    ("wires", "counts", "sentence"),
-    [
-        (WIRES, {"wires": 100001}, f"{DAMAGED}: number of connections"),
-        (WIRES, {"wires": 100}, f"{DAMAGED}: number of connections"),
-        ([(1, 0, 0, 0, 1), (0, 0, -1, 0, 1)], {}, WIRING),  # sorted by the node that reads
-        ([(-1, 0, -1, 0, 1)], {}, WIRING),
-        ([(2, 0, -1, 0, 1)], {}, WIRING),
-        ([(0, 0, -2, 0, 1)], {}, WIRING),
-        ([(0, 0, 2, 0, 1)], {}, WIRING),
-        ([(0, -1, -1, 0, 1)], {}, WIRING),
-        ([(0, 1, -1, 0, 1)], {}, f"{WIRING} at a"),
-        ([(0, 0, -1, -1, 1)], {}, WIRING),
-        ([(0, 0, -1, 1, 1)], {}, f"{WIRING} at a"),
-        ([(0, 0, -1, 0, 0)], {}, WIRING),
-        ([(0, 0, -1, 0, 2)], {}, f"{WIRING} at a"),
-        ([(0, 0, -1, 0, 1), (1, 0, 0, 1, 1)], {}, f"{WIRING} at b"),
-        ([(0, 0, 1, 0, 1), (1, 0, 0, 0, 1)], {}, "algebraic loop: a <- b <- a"),
-        ([(0, 0, 0, 0, 1)], {}, "algebraic loop: a <- a"),
-        ([], {}, ""),
-    ],
-)
+@pytest.mark.parametrize(("wires", "counts", "sentence"), [
+    (WIRES, {"wires": 100001}, f"{DAMAGED}: number of connections"),
+    (WIRES, {"wires": 100}, f"{DAMAGED}: number of connections"),
+    ([(1, 0, 0, 0, 1), (0, 0, -1, 0, 1)], {}, WIRING),  # sorted by the node that reads
+    ([(-1, 0, -1, 0, 1)], {}, WIRING),
+    ([(2, 0, -1, 0, 1)], {}, WIRING),
+    ([(0, 0, -2, 0, 1)], {}, WIRING),
+    ([(0, 0, 2, 0, 1)], {}, WIRING),
+    ([(0, -1, -1, 0, 1)], {}, WIRING),
+    ([(0, 1, -1, 0, 1)], {}, f"{WIRING} at a"),
+    ([(0, 0, -1, -1, 1)], {}, WIRING),
+    ([(0, 0, -1, 1, 1)], {}, f"{WIRING} at a"),
+    ([(0, 0, -1, 0, 0)], {}, WIRING),
+    ([(0, 0, -1, 0, 2)], {}, f"{WIRING} at a"),
+    ([(0, 0, -1, 0, 1), (1, 0, 0, 1, 1)], {}, f"{WIRING} at b"),
+    ([(0, 0, 1, 0, 1), (1, 0, 0, 0, 1)], {}, "algebraic loop: a <- b <- a"),
+    ([(0, 0, 0, 0, 1)], {}, "algebraic loop: a <- a"),
+    ([], {}, ""),
+])  # fmt: skip
 def test_wires(wires: list[tuple[int, ...]], counts: dict[str, int], sentence: str) -> None:
     assert said(chain(wires=wires, counts=counts)) == sentence
 
 
-@pytest.mark.parametrize(
-    ("ports", "counts", "sentence"),
-    [
-        (PORTS, {"ports": 1000001}, f"{DAMAGED}: number of variables"),
-        (PORTS, {"ports": 1000000}, f"{DAMAGED}: a variable"),
-        ([port(b"", 3, 0, U, 0)], {}, f"{DAMAGED}: a variable"),
-        ([port(b"u", 3, 0, U, 0, 0)], {}, f"{DAMAGED}: a variable"),
-        ([port(b"u", 3, 0, U, 0, 2**24 + 1)], {}, f"{DAMAGED}: a variable"),
-        ([port(b"u", 3, 2, U, 0)], {}, f"{WIRING} at u"),
-        ([port(b"u", 3, -1, U, 0)], {}, f"{WIRING} at u"),
-        ([port(b"u", 3, 0, len(ROWS), 0)], {}, f"{WIRING} at u"),
-        ([port(b"u", 3, 0, Y, 0)], {}, f"{WIRING} at u"),
-        ([port(b"u", 3, 0, U, 1)], {}, f"{WIRING} at u"),
-        ([port(b"u", 3, 0, U, 0, 2)], {}, f"{WIRING} at u"),
-        ([port(b"y", 5, 0, Y, 1)], {}, f"{WIRING} at y"),
-        ([port(b"y", 5, 0, Y, 0, 2)], {}, f"{WIRING} at y"),
-        ([port(b"p", 0, 0, ROWS.index("gain"), 0)], {}, ""),
-        ([port(b"p", 1, 0, ROWS.index("gain"), 0)], {}, f"{WIRING} at p"),
-        ([port(b"p", 0, 0, ROWS.index("gain"), 1)], {}, f"{WIRING} at p"),
-        ([], {}, ""),
-    ],
-)
+@pytest.mark.parametrize(("ports", "counts", "sentence"), [
+    (PORTS, {"ports": 1000001}, f"{DAMAGED}: number of variables"),
+    (PORTS, {"ports": 1000000}, f"{DAMAGED}: a variable"),
+    ([port(b"", 3, 0, U, 0)], {}, f"{DAMAGED}: a variable"),
+    ([port(b"u", 3, 0, U, 0, 0)], {}, f"{DAMAGED}: a variable"),
+    ([port(b"u", 3, 0, U, 0, 2**24 + 1)], {}, f"{DAMAGED}: a variable"),
+    ([port(b"u", 3, 2, U, 0)], {}, f"{WIRING} at u"),
+    ([port(b"u", 3, -1, U, 0)], {}, f"{WIRING} at u"),
+    ([port(b"u", 3, 0, len(ROWS), 0)], {}, f"{WIRING} at u"),
+    ([port(b"u", 3, 0, Y, 0)], {}, f"{WIRING} at u"),
+    ([port(b"u", 3, 0, U, 1)], {}, f"{WIRING} at u"),
+    ([port(b"u", 3, 0, U, 0, 2)], {}, f"{WIRING} at u"),
+    ([port(b"y", 5, 0, Y, 1)], {}, f"{WIRING} at y"),
+    ([port(b"y", 5, 0, Y, 0, 2)], {}, f"{WIRING} at y"),
+    ([port(b"p", 0, 0, ROWS.index("gain"), 0)], {}, ""),
+    ([port(b"p", 1, 0, ROWS.index("gain"), 0)], {}, f"{WIRING} at p"),
+    ([port(b"p", 0, 0, ROWS.index("gain"), 1)], {}, f"{WIRING} at p"),
+    ([], {}, ""),
+])  # fmt: skip
 def test_ports(ports: list[bytes], counts: dict[str, int], sentence: str) -> None:
     assert said(chain(ports=ports, counts=counts)) == sentence
 

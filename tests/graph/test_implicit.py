@@ -6,10 +6,8 @@ import pytest
 from scipy.optimize import brentq
 from test_inverse import chain, dead_zones, fitted, plays_only, wanted
 
-from hystfmu import Graph, InputError, Model, Node, Unit
+from hystfmu import Graph, Input, InputError, Model, Node, Output, Unit, signals
 from hystfmu.core.executor import ContinuousExecutor
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse
 from hystfmu.scenario import Cases, build, simulate, to_graph
 
@@ -23,15 +21,11 @@ def around(model_nodes, wires, ends, source, **limits):
     return Graph(nodes, wires, [Input("y", ("inv.y",))], [Output("u", "inv.u"), Output("h", source)])
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        fitted,
-        lambda: dead_zones(1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
-        chain,  # falls, has limits, and a Zhao-Tan branch begins with slope 0
-    ],
-    ids=["prandtl_ishlinskii", "dead zones", "zhao_tan"],
-)
+@pytest.mark.parametrize("make", [
+    fitted,
+    lambda: dead_zones(1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
+    chain,  # falls, has limits, and a Zhao-Tan branch begins with slope 0
+], ids=["prandtl_ishlinskii", "dead zones", "zhao_tan"])  # fmt: skip
 def test_it_is_the_exact_inverse_where_there_is_one(make):
     model = make()
     u = signals.nested_reversals(60, 3)
@@ -180,26 +174,23 @@ def one_model_for_two():
     return Graph(nodes, wires, [Input("y", ("i1.y", "i2.y"))], [Output("u", "i1.u")])
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: around([Node("g0", "transfer_function")], [], ["g0.u"], "g0.y"), "at g0: .* not have dynamics"),
-        (lambda: around([Node("d", "differentiator")], [], ["d.u"], "d.du"), "at d: .* the sample time"),
-        (
-            lambda: around(
-                [A, Node("r", "disturbance"), Node("s", "sum")], [("a.y", "s.u[1]"), ("r.d", "s.u[2]")], ["a.u"], "s.y"
-            ),
-            "at r: .* must not depend on the time",
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: around([Node("g0", "transfer_function")], [], ["g0.u"], "g0.y"), "at g0: .* not have dynamics"),
+    (lambda: around([Node("d", "differentiator")], [], ["d.u"], "d.du"), "at d: .* the sample time"),
+    (
+        lambda: around(
+            [A, Node("r", "disturbance"), Node("s", "sum")], [("a.y", "s.u[1]"), ("r.d", "s.u[2]")], ["a.u"], "s.y"
         ),
-        (
-            lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
-            "at i: an implicit inverse must not be between",
-        ),
-        (wrong_order, "at a: the model .* must follow it in the order of the file"),
-        (model_from_behind, "at b: the model .* must follow it in the order of the file"),
-        (one_model_for_two, "at c: it belongs to the models of two implicit inverses"),
-    ],
-)
+        "at r: .* must not depend on the time",
+    ),
+    (
+        lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
+        "at i: an implicit inverse must not be between",
+    ),
+    (wrong_order, "at a: the model .* must follow it in the order of the file"),
+    (model_from_behind, "at b: the model .* must follow it in the order of the file"),
+    (one_model_for_two, "at c: it belongs to the models of two implicit inverses"),
+])  # fmt: skip
 def test_what_cannot_be_tried_is_refused_with_its_name(make, words):
     with pytest.raises(InputError, match=f"^no implicit inverse {words}") as e:
         make().executor()
@@ -362,13 +353,10 @@ def test_its_derivatives_by_the_wanted_output_and_by_the_lags_agree_with_differe
         assert slope != 0
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: model(start="rest"), "'start' parameter of creep must be 'steady' .* Got 'rest' instead"),
-        (lambda: model(step=None), "model crept must state its step"),
-    ],
-)
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: model(start="rest"), "'start' parameter of creep must be 'steady' .* Got 'rest' instead"),
+    (lambda: model(step=None), "model crept must state its step"),
+])  # fmt: skip
 def test_what_it_needs_is_said(make, words):
     with pytest.raises(InputError, match=words):
         inverse(make(), "implicit")

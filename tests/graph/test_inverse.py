@@ -9,9 +9,7 @@ import plants
 import pytest
 from series import series
 
-from hystfmu import Dataset, Graph, InputError, Model, Node
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
+from hystfmu import Dataset, Graph, Input, InputError, Model, Node, Output, signals
 from hystfmu.identify import fit
 from hystfmu.inverse import Inverses, inverse, learned
 from hystfmu.inverse.ports import over_range
@@ -92,15 +90,12 @@ def test_zhao_tan_between_scalings():
     assert inverse(m).predict(np.r_[far, far[-1] + 5]).min() >= -0.9 - 1e-12
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"a0": 0.5, "a": [1.0, 0.25], "d_max": 3.0},  # a straight line beyond 3
-        {"a0": 1e-3, "a": [1.0]},  # nearly flat where a branch starts
-        {"a0": 0.01, "a": [0.0] * 8 + [1.0], "d_max": 4.0, "x0": 0.3},  # d^18
-        {"a0": 2.0, "a": [0.0], "d_max": 9.0},  # flat at the far end
-    ],
-)
+@pytest.mark.parametrize("values", [
+    {"a0": 0.5, "a": [1.0, 0.25], "d_max": 3.0},  # a straight line beyond 3
+    {"a0": 1e-3, "a": [1.0]},  # nearly flat where a branch starts
+    {"a0": 0.01, "a": [0.0] * 8 + [1.0], "d_max": 4.0, "x0": 0.3},  # d^18
+    {"a0": 2.0, "a": [0.0], "d_max": 9.0},  # flat at the far end
+])  # fmt: skip
 def test_constraint_factor(values):
     """In the output to the last bits of the span; in the input as far as its slope allows."""
     m = Model("c", Graph.single(Node("c", "constraint_factor", {}, values)))
@@ -136,14 +131,11 @@ def dead_zones(w0, r, w):
     return Model("m", series(plays, Node("bend", "dead_zones", {}, {"w0": w0, "r": r, "w": w})))
 
 
-@pytest.mark.parametrize(
-    ("w0", "r", "w"),
-    [
-        (1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
-        (0.3, [0.4, -0.1, 0.4, 0.0], [-0.1, 0.2, 3.0, 0.2]),  # in no order, twice the same, one at 0
-        (2.0, [0.0], [0.5]),
-    ],
-)
+@pytest.mark.parametrize(("w0", "r", "w"), [
+    (1.0, [-0.5, -0.2, 0.3, 0.6], [0.5, -0.7, 2.0, -2.9]),
+    (0.3, [0.4, -0.1, 0.4, 0.0], [-0.1, 0.2, 3.0, 0.2]),  # in no order, twice the same, one at 0
+    (2.0, [0.0], [0.5]),
+])  # fmt: skip
 def test_dead_zones_behind_plays(w0, r, w):
     m = dead_zones(w0, r, w)
     u = signals.nested_reversals(60, 3)
@@ -162,7 +154,7 @@ def test_dead_zones_that_fall_have_no_inverse(w0, r, w, slope):
         inverse(dead_zones(w0, r, w))
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("inverses of fits")
 def test_an_inverse_states_what_it_is_worth():
     """Against the cascade run here, on one of the signals."""
     m = fitted("zhao_tan_mlp", iterations=40, starts=1)
@@ -177,6 +169,7 @@ def test_an_inverse_states_what_it_is_worth():
     assert inverse(chain()).fit == {}  # the range of its input is unknown
 
 
+@pytest.mark.turn("inverses of fits")
 def test_identified_with_noise_its_inverse_linearises_the_true_plant():
     """S6: 0.1 % noise, at most 0.05 % of span in cascade with the plant itself, on held-out signals."""
 
@@ -204,7 +197,7 @@ def test_learned_inverse_of_ten_backlashes_by_the_recipe_of_the_papers():
     assert "warnings" not in made.fit
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("inverses of fits")
 def test_a_model_that_falls_against_its_input_is_warned_of():
     record = nested_loops.recorded(zhao_tan_2008.actuator(), 60)  # without linear term
     seen: list[float] = []
@@ -215,23 +208,20 @@ def test_a_model_that_falls_against_its_input_is_warned_of():
     assert "moves against its input" in made.fit["warnings"][0]
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: plays_only(), ("'w0' parameter of p must be greater than 0", "slope 0 after each reversal", "w0_min")),
-        (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
-        (
-            lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"),
-            ("no exact inverse", "'implicit' or 'learned'"),
-        ),
-        (lambda: chain(memory="last"), ("'last'", "dominant")),
-        (lambda: falling(), ("must be increasing", "Got -0.5 instead")),
-        (lambda: flat(), ("at c:", "must rise")),
-        (lambda: straight(0.0), ("'gain' parameter of s must not be 0",)),
-        (lambda: two_scalings("a.u", "b.u"), ("form one chain", "Got another structure")),
-        (lambda: two_scalings("a.u"), ("form one chain", "Got another structure")),
-    ],
-)
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: plays_only(), ("'w0' parameter of p must be greater than 0", "slope 0 after each reversal", "w0_min")),
+    (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
+    (
+        lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"),
+        ("no exact inverse", "'implicit' or 'learned'"),
+    ),
+    (lambda: chain(memory="last"), ("'last'", "dominant")),
+    (lambda: falling(), ("must be increasing", "Got -0.5 instead")),
+    (lambda: flat(), ("at c:", "must rise")),
+    (lambda: straight(0.0), ("'gain' parameter of s must not be 0",)),
+    (lambda: two_scalings("a.u", "b.u"), ("form one chain", "Got another structure")),
+    (lambda: two_scalings("a.u"), ("form one chain", "Got another structure")),
+])  # fmt: skip
 def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
     with pytest.raises(InputError) as e:
         inverse(make())
@@ -239,14 +229,12 @@ def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
         assert w in str(e.value)
 
 
-@pytest.mark.some(0.5)
-@pytest.mark.parametrize(
-    ("key", "static", "options"),
-    [
-        ("rate_mlp", False, {"starts": 1, "iterations": 5, "N": 4}),
-        ("preisach", True, {"n": 12, "widths": 8, "means": 3}),
-    ],
-)
+@pytest.mark.turn("inverses of fits")
+@pytest.mark.some(1)
+@pytest.mark.parametrize(("key", "static", "options"), [
+    ("rate_mlp", False, {"starts": 1, "iterations": 5, "N": 4}),
+    ("preisach", True, {"n": 12, "widths": 8, "means": 3}),
+])  # fmt: skip
 def test_the_hint_names_only_methods_that_work(key, static, options):
     """A difference over a step has no implicit inverse."""
     model = fitted(key, **options)

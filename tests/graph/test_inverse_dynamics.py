@@ -6,14 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 from series import series
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
-from hystfmu.cli import main
-from hystfmu.data import signals
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu import Graph, Input, InputError, Node, Output, signals
 from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.inverse import dynamic, inverse
 from hystfmu.inverse.dynamic import split
@@ -156,8 +153,7 @@ def test_a_scenario_with_that_preview_has_no_lag() -> None:
 def test_the_command_says_how_late(tmp_path: Path) -> None:
     plays(1e-4, "zoh", delay=3e-4).save(tmp_path / "m.model.toml")
     out = tmp_path / "i.model.toml"
-    result = CliRunner().invoke(main, ["inverse", str(tmp_path / "m.model.toml"), "-o", str(out)])
-    assert result.exit_code == 0, result.output
+    result = invoked(["inverse", str(tmp_path / "m.model.toml"), "-o", str(out)])
     late = Model.load(out).fit["lag_steps"]
     assert f"lags the wanted output by {late} steps ({late * 1e-4:.3g} s), for frequencies up to 50 Hz" in result.output
 
@@ -244,15 +240,12 @@ def test_the_fit_says_what_an_ordinary_error_is() -> None:
     assert made.node("ports").value("gain") == pytest.approx(1 / 30)
 
 
-@pytest.mark.parametrize(
-    ("change", "options", "said"),
-    [
-        ({}, {"f_x": 1.0}, "Got 'f_x' instead"),
-        ({}, {"delay": 0.5}, "The option 'delay' must be a whole number of steps. Got 0.5 instead."),
-        ({"w": [0.4, -0.2]}, {}, "must not be negative"),
-        ({"w0": 0.0}, {}, "w0 greater than 0"),
-    ],
-)
+@pytest.mark.parametrize(("change", "options", "said"), [
+    ({}, {"f_x": 1.0}, "Got 'f_x' instead"),
+    ({}, {"delay": 0.5}, "The option 'delay' must be a whole number of steps. Got 0.5 instead."),
+    ({"w": [0.4, -0.2]}, {}, "must not be negative"),
+    ({"w0": 0.0}, {}, "w0 greater than 0"),
+])  # fmt: skip
 def test_a_model_without_such_an_inverse_is_refused_in_one_line(
     change: dict[str, object], options: dict[str, float], said: str
 ) -> None:
@@ -295,8 +288,7 @@ def test_the_command_writes_it(tmp_path: Path) -> None:
     actuator(True).save(tmp_path / "m.model.toml")
     out = tmp_path / "a.model.toml"
     words = ["inverse", str(tmp_path / "m.model.toml"), "--method", "adaptive", "--set", "delay=1", "-o", str(out)]
-    done = CliRunner().invoke(main, words)
-    assert done.exit_code == 0, done.output
+    done = invoked(words)
     said = ["inputs v, y_d, y; outputs u, theta, gate, changes"]
     assert done.output.splitlines() == [f"wrote {out}, adaptive inverse", *said]
     made = Model.load(out)

@@ -5,9 +5,7 @@ import pytest
 from test_continuous import bank_and_network, executor, outputs, put
 from test_inverse import fitted
 
-from hystfmu import Graph, Node
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
+from hystfmu import Graph, Input, Node, Output, signals
 from hystfmu.inverse import inverse
 
 H = 1e-3
@@ -30,20 +28,17 @@ def tangents(graph, path, at):
     return [s * c.tangent([s], [], 1)[0][0] for s in (1.0, -1.0)]
 
 
-@pytest.mark.parametrize(
-    ("path", "at", "up", "down"),
-    [
-        ([0.0], 0.0, 0.5, 0.5),  # the play stands in the middle: the linear term alone
-        ([0.0], 0.25, 1.5, 0.5),  # where it begins to move
-        ([0.0], 0.75, 1.5, 1.5),  # trial: 0.75 is on a smooth branch until it is committed
-        ([0.0, 0.75], 0.75, 1.5, 0.5),  # committed: down is a reversal
-        ([0.0, 0.75, 0.5], 0.5, 0.5, 0.5),
-        ([0.0, 0.75, 0.5], 0.25, 0.5, 1.5),  # the play ends at 0.75 - 2 r
-        ([0.0, 0.75, 0.5], 0.75, 1.5, 0.5),  # the loop closes at the old extremum
-        ([0.0, 0.75, 0.0], 0.0, 0.5, 1.5),
-        ([0.0, 0.75, -0.75], -0.75, 0.5, 1.5),  # wiped out: virgin again on the other side
-    ],
-)
+@pytest.mark.parametrize(("path", "at", "up", "down"), [
+    ([0.0], 0.0, 0.5, 0.5),  # the play stands in the middle: the linear term alone
+    ([0.0], 0.25, 1.5, 0.5),  # where it begins to move
+    ([0.0], 0.75, 1.5, 1.5),  # trial: 0.75 is on a smooth branch until it is committed
+    ([0.0, 0.75], 0.75, 1.5, 0.5),  # committed: down is a reversal
+    ([0.0, 0.75, 0.5], 0.5, 0.5, 0.5),
+    ([0.0, 0.75, 0.5], 0.25, 0.5, 1.5),  # the play ends at 0.75 - 2 r
+    ([0.0, 0.75, 0.5], 0.75, 1.5, 0.5),  # the loop closes at the old extremum
+    ([0.0, 0.75, 0.0], 0.0, 0.5, 1.5),
+    ([0.0, 0.75, -0.75], -0.75, 0.5, 1.5),  # wiped out: virgin again on the other side
+])  # fmt: skip
 @pytest.mark.parametrize("block", ["prandtl_ishlinskii", "backlash_sum"])
 def test_one_play_has_the_slopes_of_its_definition(block, path, at, up, down):
     graph = Graph.single(Node("b", block, {}, {"w0": 0.5, "r": [0.25], "w": [1.0]}))

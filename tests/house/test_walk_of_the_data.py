@@ -71,6 +71,7 @@ def record():
     return hy.Dataset.from_signal(u, plants.bouc_wen(u), 1e-3, "walk")
 
 
+@pytest.mark.turn("the way of the data")
 def test_a_kind_by_name(record):
     way = walk(lambda: hy.fit(record, "bouc_wen", starts=1))
     told = "\n".join(f"{m}.{f}" for m, f in way)
@@ -78,7 +79,7 @@ def test_a_kind_by_name(record):
     assert len(climbs(way)) <= 2, "\n".join([*climbs(way), "", told])
 
 
-@pytest.mark.turn("the choice of a kind")
+@pytest.mark.turn("the way of the data")
 def test_a_choice_that_ends_at_the_true_kind(record):
     """Two kinds are fitted; each kind that a noisy record asks for adds its own functions (61 in all, 7 climbs)."""
     way = walk(lambda: hy.fit(record))
@@ -87,6 +88,7 @@ def test_a_choice_that_ends_at_the_true_kind(record):
     assert len(climbs(way)) <= 2, "\n".join([*climbs(way), "", told])
 
 
+@pytest.mark.turn("the way of the data")
 def test_a_walk_is_seen(record):
     """The fit of the test above reaches the kind, and a step from a lower room to an upper one is a climb."""
     way = [("hystfmu.face.fit", "fit"), ("hystfmu.identify", "fit"), ("hystfmu.model", "run_along")]

@@ -6,8 +6,7 @@ import plants
 import pytest
 from scipy import signal
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import errors, fit
 from hystfmu.inverse import inverse
 
@@ -67,6 +66,7 @@ def crept(u, h):
     return out
 
 
+@pytest.mark.turn("parameters of a kind")
 def test_creep_is_found_and_its_inverse_is_exact():
     h = 1e-3
     m = fit(measured(lambda u: crept(u, h)), "actuator", dynamics="no")
@@ -84,6 +84,7 @@ def test_parts_can_be_asked_for():
     assert fit(measured(play_sum, cycles=20), "actuator", N=10, operator="plays", **STATIC).fit["parts"] == "plays"
 
 
+@pytest.mark.turn("parameters of a kind")
 @pytest.mark.some(2)
 @pytest.mark.parametrize("plant", [bent, stops, butterfly, lambda u: crept(u, 1e-3)])
 def test_a_fit_with_the_structure_of_another_has_its_components(plant):

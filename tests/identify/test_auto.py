@@ -8,8 +8,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import auto, fit, options
 from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.excitation.minor_loops import examine
@@ -58,24 +57,21 @@ def automatic(plant):
 
 @pytest.mark.turn("the choice of a kind")
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("plant", "memory", "chosen", "limit"),
-    [
-        pytest.param(
-            plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"}, 0.1,
-            marks=pytest.mark.stress,
-        ),
-        (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
-        pytest.param(last_extremum, "no return-point", {"zhao_tan_mlp"}, 5.0, marks=pytest.mark.stress),
-        pytest.param(
-            static,
-            "none",
-            {"constraint_factor_mlp", "fitted_operator_mlp", "zhao_tan_mlp", "play_bank_mlp"},
-            0.1,
-            marks=pytest.mark.stress,
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("plant", "memory", "chosen", "limit"), [
+    pytest.param(
+        plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"}, 0.1,
+        marks=pytest.mark.stress,
+    ),
+    (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
+    pytest.param(last_extremum, "no return-point", {"zhao_tan_mlp"}, 5.0, marks=pytest.mark.stress),
+    pytest.param(
+        static,
+        "none",
+        {"constraint_factor_mlp", "fitted_operator_mlp", "zhao_tan_mlp", "play_bank_mlp"},
+        0.1,
+        marks=pytest.mark.stress,
+    ),
+])  # fmt: skip
 def test_each_class_of_memory(plant, memory, chosen, limit):
     """`limit`: %FS on nested reversals; that of the last extremum is unbounded, and the network is limited."""
     m, fractions = automatic(plant)
@@ -137,13 +133,10 @@ def test_few_rows_leave_out_large_models(only):
 
 @pytest.mark.turn("the choice of a kind")
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    "names",
-    [
-        ("prandtl_ishlinskii", "polynomial_narx", "krasnoselskii_pokrovskii", "constraint_factor_mlp"),
-        pytest.param(tuple(CANDIDATES), marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize("names", [
+    ("prandtl_ishlinskii", "polynomial_narx", "krasnoselskii_pokrovskii", "constraint_factor_mlp"),
+    pytest.param(tuple(CANDIDATES), marks=pytest.mark.stress),
+])  # fmt: skip
 def test_a_staircase_of_minor_loops(only, names):
     """Its last part extrapolates: a choice on it took a kind 25 times worse than the best."""
     only(*names)

@@ -10,6 +10,7 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 
 from hystfmu import Dataset, InputError, Model, fit, validate
 from hystfmu.cli import main
@@ -86,7 +87,7 @@ def actuator():
     return fit(scheduled(1), "actuator", dynamics="no", N=20)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("parameters of a kind")
 def test_the_actuator_finds_what_follows_each_covariate(actuator):
     assert actuator.fit["parts"].startswith(
         "plays, static nonlinearity of degree 3, gain that follows T, offset that follows load"
@@ -106,16 +107,14 @@ def test_auto_takes_them_on_the_command_line_and_start_refuses_before_the_fit(tm
     csv, out = str(tmp_path / "d.csv"), str(tmp_path / "m.model.toml")
     data.to_csv(csv)
     asked = [csv, "--covariate", "load", "--covariate", "T [degC]"]
-    run = CliRunner().invoke(main, ["fit", *asked, "-o", out])
-    assert run.exit_code == 0, run.output
+    invoked(["fit", *asked, "-o", out])
     assert Model.load(out).key == "polynomial_narx"
-    refused = CliRunner().invoke(main, ["start", *asked, "-o", str(tmp_path / "start")])
-    assert refused.exit_code == 2
+    refused = invoked(["start", *asked, "-o", str(tmp_path / "start")], status=2)
     assert "The record of a loop must have one input. Got the covariates load, T: leave them out" in refused.output
     assert not (tmp_path / "start").exists()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("parameters of a kind")
 def test_a_covariate_without_effect_is_no_input(data):
     part = Dataset(data.t, data.u, plants.asymmetric(data.u), covariates={"T": data.covariates.values[:, 0]})
     model = fit(part, "actuator", dynamics="no", creep="no", N=20)

@@ -142,25 +142,22 @@ def test_twenty_rows_a_weight_are_needed(rng, n, told):
 LEAD, ERROR = [0.02, -0.02, 0.02, -0.02] * 2, 0.01
 
 
-@pytest.mark.parametrize(
-    ("weights", "error", "lag", "found"),
-    [
-        ([0.0, 0.0, 1.0, 0.5], ERROR, 2, 2),
-        ([1.0, 0.5, 0.2, 0.1], ERROR, 2, 0),
-        ([0.0, 0.11, 1.0, 0.5], ERROR, 2, 1),
-        ([0.0, 0.1, 1.0, 0.5], ERROR, 2, 1),
-        ([0.0, 0.09, 1.0, 0.5], ERROR, 2, 2),  # less than a tenth of the largest
-        ([0.0, 0.11, 1.0, 0.5], 0.11 / 1.9, 2, 2),  # beyond 1.96 standard errors once in twenty
-        ([0.0, 0.115, 1.0, 0.5], 0.115 / 2.0, 2, 1),
-        ([0.12, 1.0, 0.5, 0.1], 0.12 / 1.7, 1, 0),  # one weight: 1.64 standard errors
-        ([0.0, 0.0, 1.0, 0.5], 1 / 4.99, 2, None),  # unclear
-        ([0.0, 0.0, 1.0, 0.5], 1 / 5.01, 2, 2),
-        ([0.0, 0.0, 0.0, 1.0], ERROR, 2, 3),
-        ([0.0, 0.0, 0.0, 0.0, 1.0], ERROR, 2, None),  # later than a row after the lag
-        ([0.0, 0.0, 0.079, 0.02], 1e-4, 2, None),  # leading weights of a quarter: a smooth input
-        ([0.0, 0.0, 0.081, 0.02], 1e-4, 2, 2),
-    ],
-)
+@pytest.mark.parametrize(("weights", "error", "lag", "found"), [
+    ([0.0, 0.0, 1.0, 0.5], ERROR, 2, 2),
+    ([1.0, 0.5, 0.2, 0.1], ERROR, 2, 0),
+    ([0.0, 0.11, 1.0, 0.5], ERROR, 2, 1),
+    ([0.0, 0.1, 1.0, 0.5], ERROR, 2, 1),
+    ([0.0, 0.09, 1.0, 0.5], ERROR, 2, 2),  # less than a tenth of the largest
+    ([0.0, 0.11, 1.0, 0.5], 0.11 / 1.9, 2, 2),  # beyond 1.96 standard errors once in twenty
+    ([0.0, 0.115, 1.0, 0.5], 0.115 / 2.0, 2, 1),
+    ([0.12, 1.0, 0.5, 0.1], 0.12 / 1.7, 1, 0),  # one weight: 1.64 standard errors
+    ([0.0, 0.0, 1.0, 0.5], 1 / 4.99, 2, None),  # unclear
+    ([0.0, 0.0, 1.0, 0.5], 1 / 5.01, 2, 2),
+    ([0.0, 0.0, 0.0, 1.0], ERROR, 2, 3),
+    ([0.0, 0.0, 0.0, 0.0, 1.0], ERROR, 2, None),  # later than a row after the lag
+    ([0.0, 0.0, 0.079, 0.02], 1e-4, 2, None),  # leading weights of a quarter: a smooth input
+    ([0.0, 0.0, 0.081, 0.02], 1e-4, 2, 2),
+])  # fmt: skip
 def test_the_first_answer_that_chance_does_not_explain(monkeypatch, weights, error, lag, found):
     w = np.array([*LEAD, *weights])
     monkeypatch.setattr(timing, "answer", lambda u, y, late: (w, np.full(len(w), error)))
@@ -204,17 +201,14 @@ def test_lags_up_to_eight_rows_and_a_tenth_of_the_record(monkeypatch):
     assert len(residuals(falling)) >= 2
 
 
-@pytest.mark.parametrize(
-    ("residuals", "found"),
-    [
-        ([1.16, 1.0, 1.2], 1),
-        ([1.14, 1.0, 1.2], 0),
-        ([0.3, 0.199, 0.25], 1),
-        ([0.3, 0.201, 0.25], 0),  # less than 0.1 % of the span
-        ([3.0, 2.0, 1.0], 0),  # no minimum inside
-        ([3.0, 2.0, 1.0, 1.1], 2),
-    ],
-)
+@pytest.mark.parametrize(("residuals", "found"), [
+    ([1.16, 1.0, 1.2], 1),
+    ([1.14, 1.0, 1.2], 0),
+    ([0.3, 0.199, 0.25], 1),
+    ([0.3, 0.201, 0.25], 0),  # less than 0.1 % of the span
+    ([3.0, 2.0, 1.0], 0),  # no minimum inside
+    ([3.0, 2.0, 1.0, 1.1], 2),
+])  # fmt: skip
 def test_a_lag_must_matter(monkeypatch, residuals, found):
     monkeypatch.setattr(timing, "residuals", lambda *record: np.array(residuals))
     rows, seen = timing.lag(U, U, slice(0, len(U)))
@@ -222,18 +216,15 @@ def test_a_lag_must_matter(monkeypatch, residuals, found):
     assert seen.tolist() == residuals
 
 
-@pytest.mark.parametrize(
-    ("rows", "dead", "error", "words", "warned"),
-    [
-        (1, None, 0.25, "by about 1 row, 0.002 s", "align the record with --lag 1; if the device is, take a kind"),
-        (3, 2, 0.25, "by about 3 rows, 0.006 s, of which 2 rows dead time: kinks of the input, such as that at row 4, "
-         "show no answer before", "--lag 2; if the device is, take a kind of model with a delay"),
-        (3, 1, 0.25, "of which 1 row dead time", "--lag 1"),
-        (3, 0, 0.25, "such as that at row 4, show an answer at once", ": take a kind of model with dynamics"),
-        (3, 0, 0.249, "answer at once", None),
-        (0, None, 9.0, None, None),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("rows", "dead", "error", "words", "warned"), [
+    (1, None, 0.25, "by about 1 row, 0.002 s", "align the record with --lag 1; if the device is, take a kind"),
+    (3, 2, 0.25, "by about 3 rows, 0.006 s, of which 2 rows dead time: kinks of the input, such as that at row 4, "
+     "show no answer before", "--lag 2; if the device is, take a kind of model with a delay"),
+    (3, 1, 0.25, "of which 1 row dead time", "--lag 1"),
+    (3, 0, 0.25, "such as that at row 4, show an answer at once", ": take a kind of model with dynamics"),
+    (3, 0, 0.249, "answer at once", None),
+    (0, None, 9.0, None, None),
+])  # fmt: skip
 def test_what_a_fit_says_of_a_lag(monkeypatch, rows, dead, error, words, warned):
     u = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 3.0, 5.6, 8.2])
     data = Dataset.from_signal(u, u, 2e-3, "said")
@@ -340,26 +331,23 @@ def record(monkeypatch):
     return make
 
 
-@pytest.mark.parametrize(
-    ("given", "memory"),
-    [
-        ({"gap": 1.951}, OPEN_LOOPS),  # 20 samples a cycle: 3 * 260 / 400 = 1.95 % are the samples themselves
-        ({"gap": 1.949}, UNKNOWN),
-        ({"gap": 0.51, "step": 30}, OPEN_LOOPS),  # 60 a cycle: 0.22 %
-        ({"gap": 0.49, "step": 30}, RETURN_POINT),
-        ({"gap": 0.0}, RETURN_POINT),
-        ({"gap": 0.0, "sigma": 0.28}, RETURN_POINT),  # 3 * 2 sigma^2 / 2 of eight loops: 0.485 %
-        ({"gap": 0.0, "sigma": 0.30}, UNKNOWN),  # 0.52 %
-        ({"gap": 0.0, "sigma": 0.30, "loops": 10}, RETURN_POINT),  # 0.49 %
-        ({"gap": 0.6, "sigma": 0.4, "step": 30}, UNKNOWN),  # below its error of 0.69 %
-        ({"gap": 0.7, "sigma": 0.4, "step": 30}, OPEN_LOOPS),
-        ({"loops": 0}, UNKNOWN),
-        ({"sigma": 1.0, "width": np.sqrt(0.709)}, NONE),  # 1 - 3 sqrt(2 / 200) and (0.1 %)^2
-        ({"sigma": 1.0, "width": np.sqrt(0.711), "gap": 9.0}, OPEN_LOOPS),
-        ({"sigma": 0.0, "width": 0.099}, NONE),
-        ({"sigma": 0.0, "width": 0.101}, RETURN_POINT),
-    ],
-)
+@pytest.mark.parametrize(("given", "memory"), [
+    ({"gap": 1.951}, OPEN_LOOPS),  # 20 samples a cycle: 3 * 260 / 400 = 1.95 % are the samples themselves
+    ({"gap": 1.949}, UNKNOWN),
+    ({"gap": 0.51, "step": 30}, OPEN_LOOPS),  # 60 a cycle: 0.22 %
+    ({"gap": 0.49, "step": 30}, RETURN_POINT),
+    ({"gap": 0.0}, RETURN_POINT),
+    ({"gap": 0.0, "sigma": 0.28}, RETURN_POINT),  # 3 * 2 sigma^2 / 2 of eight loops: 0.485 %
+    ({"gap": 0.0, "sigma": 0.30}, UNKNOWN),  # 0.52 %
+    ({"gap": 0.0, "sigma": 0.30, "loops": 10}, RETURN_POINT),  # 0.49 %
+    ({"gap": 0.6, "sigma": 0.4, "step": 30}, UNKNOWN),  # below its error of 0.69 %
+    ({"gap": 0.7, "sigma": 0.4, "step": 30}, OPEN_LOOPS),
+    ({"loops": 0}, UNKNOWN),
+    ({"sigma": 1.0, "width": np.sqrt(0.709)}, NONE),  # 1 - 3 sqrt(2 / 200) and (0.1 %)^2
+    ({"sigma": 1.0, "width": np.sqrt(0.711), "gap": 9.0}, OPEN_LOOPS),
+    ({"sigma": 0.0, "width": 0.099}, NONE),
+    ({"sigma": 0.0, "width": 0.101}, RETURN_POINT),
+])  # fmt: skip
 def test_the_class_of_the_memory(record, given, memory):
     seen = record(**given)
     assert seen.memory == memory
@@ -406,16 +394,13 @@ def test_fifty_samples_a_cycle(samples, words):
     assert found == () if words is None else found[0].startswith(words)
 
 
-@pytest.mark.parametrize(
-    ("levels", "loops", "memory", "words"),
-    [
-        ([0, 1, 0], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 1], 5, UNKNOWN, ["one decaying"]),
-        ([0, 1, 0, 2], 5, UNKNOWN, []), ([0, 1, 0, 2], 0, UNKNOWN, ["closes no minor loop"]),
-        ([0, 1, 0, 1.009], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 1.012], 5, UNKNOWN, []),
-        ([0, 3, 0, 3, 0.4, 3.0], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 2], 5, NONE, ["thinner than 0.1 %"]),
-        ([0, 1, 0, 1], 0, NONE, ["thinner than 0.1 %", "one decaying"]),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("levels", "loops", "memory", "words"), [
+    ([0, 1, 0], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 1], 5, UNKNOWN, ["one decaying"]),
+    ([0, 1, 0, 2], 5, UNKNOWN, []), ([0, 1, 0, 2], 0, UNKNOWN, ["closes no minor loop"]),
+    ([0, 1, 0, 1.009], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 1.012], 5, UNKNOWN, []),
+    ([0, 3, 0, 3, 0.4, 3.0], 5, UNKNOWN, ["one decaying"]), ([0, 1, 0, 2], 5, NONE, ["thinner than 0.1 %"]),
+    ([0, 1, 0, 1], 0, NONE, ["thinner than 0.1 %", "one decaying"]),
+])  # fmt: skip
 def test_excitation_that_is_not_informative(levels, loops, memory, words):
     found = minor_loops._warnings(np.array(levels, float), loops, memory)
     assert len(found) == len(words)

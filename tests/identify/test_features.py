@@ -127,25 +127,22 @@ def bent(q, g=(), c=()):
     return bent_sum.BentSum(np.ones(1), np.array(q), np.zeros(0), 0.0, np.array(g), np.array(c, float, ndmin=2))
 
 
-@pytest.mark.parametrize(
-    ("s", "monotone"),
-    [
-        (bent([3.0]), False),  # a constant
-        (bent([3.0, 1.0]), True),
-        (bent([3.0, -1.0]), True),
-        (bent([0.0, 1.0, 0.3]), True),  # slope 1 + 0.9 v
-        (bent([0.0, 1.0, 0.34]), False),  # slope 1 + 1.02 v
-        (bent([0.0, -1.0, 0.3]), True),
-        (bent([0.0, 1.0, 0.33]), False),  # slope 0.01 at -1: below 2 % of the mean
-        (bent([0.0, 1.0, 0.32]), True),  # slope 0.04
-        (bent([0.0, 1.0], [0.9], [[0.0]]), True),
-        (bent([0.0, 1.0], [0.5, -0.6], [[0.0], [0.0]]), False),  # gains may reverse it
-        (bent([0.0, 1.0], [0.0], [[0.0, 0.9]]), True),
-        (bent([0.0, 1.0], [0.0], [[0.0, -1.1]]), False),
-        (bent([0.0, 1.0], [0.0, 0.0], [[0.0, 0.5], [0.0, 0.6]]), False),
-        (bent([0.0, -1.0], [0.3], [[0.0, 0.6]]), True),
-    ],
-)
+@pytest.mark.parametrize(("s", "monotone"), [
+    (bent([3.0]), False),  # a constant
+    (bent([3.0, 1.0]), True),
+    (bent([3.0, -1.0]), True),
+    (bent([0.0, 1.0, 0.3]), True),  # slope 1 + 0.9 v
+    (bent([0.0, 1.0, 0.34]), False),  # slope 1 + 1.02 v
+    (bent([0.0, -1.0, 0.3]), True),
+    (bent([0.0, 1.0, 0.33]), False),  # slope 0.01 at -1: below 2 % of the mean
+    (bent([0.0, 1.0, 0.32]), True),  # slope 0.04
+    (bent([0.0, 1.0], [0.9], [[0.0]]), True),
+    (bent([0.0, 1.0], [0.5, -0.6], [[0.0], [0.0]]), False),  # gains may reverse it
+    (bent([0.0, 1.0], [0.0], [[0.0, 0.9]]), True),
+    (bent([0.0, 1.0], [0.0], [[0.0, -1.1]]), False),
+    (bent([0.0, 1.0], [0.0, 0.0], [[0.0, 0.5], [0.0, 0.6]]), False),
+    (bent([0.0, -1.0], [0.3], [[0.0, 0.6]]), True),
+])  # fmt: skip
 def test_a_bend_rises_or_falls_everywhere(s, monotone):
     assert s.monotone is monotone
 

@@ -36,6 +36,7 @@ def test_a_graph_with_the_drawn_numbers_is_the_device(name):
     assert 100 * np.abs(e).max() / case.data.span <= (0.3 if "Jiles" in name else 0.02)
 
 
+@pytest.mark.turn("parameters of a kind")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["battery, one state", "ferroelectric butterfly", "shape-memory alloy"])
 def test_a_fit_of_the_true_structure_is_off_by_less_than_the_noise(name):

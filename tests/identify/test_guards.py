@@ -7,13 +7,11 @@ from dataclasses import replace
 import numpy as np
 import plants
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
-from hystfmu import Dataset, InputError, fit
-from hystfmu.cli import main
+from hystfmu import Dataset, Graph, Input, InputError, Node, Output, fit
 from hystfmu.data.signals import training
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.methods.weighted_sums import KINDS
 from hystfmu.identify.solvers import nonnegative as solver
 
@@ -86,8 +84,7 @@ def test_a_fit_that_takes_too_much_is_refused(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     hy.synthetic.piezo(20, 500.0).to_csv("a.csv")
     machine(monkeypatch, 0.5)
-    done = CliRunner().invoke(main, ["fit", "a.csv", *words.split(), "-o", "m.toml"])
-    assert done.exit_code == 2
+    done = invoked(["fit", "a.csv", *words.split(), "-o", "m.toml"], status=2)
     line = done.stderr.splitlines()[-1]
     assert line.startswith("hystfmu: a.csv: A fit must take at most half of the memory, 0.000244 GiB. Got ")
     assert "resample the record to a lower rate (--resample HZ), or fit fewer rows." in line

@@ -9,8 +9,7 @@ import plants
 import pytest
 from scipy.optimize import nnls
 
-from hystfmu import Dataset, InputError, Model
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, Model, signals
 from hystfmu.identify import METHODS, fit, options
 from hystfmu.identify.features.plays import thresholds
 from hystfmu.identify.network.training import train
@@ -74,18 +73,15 @@ def test_rows_outside_train_do_not_change_the_weights(small):
     assert a.graph.to_bytes() == b.graph.to_bytes()
 
 
-@pytest.mark.parametrize(
-    ("key", "given", "words"),
-    [
-        ("nothing", {}, ("The model must be one of", "prandtl_ishlinskii", "bouc_wen", "Got 'nothing' instead.")),
-        ("prandtl_ishlinskii", {"n": 5}, ("Got 'n' instead.", "N (an int in [1, 100000])")),
-        ("prandtl_ishlinskii", {"N": 0}, ("'N'", "[1, 100000]", "0")),
-        ("prandtl_ishlinskii", {"N": 2.5}, ("'N'", "an int", "2.5")),
-        ("prandtl_ishlinskii", {"N": True}, ("'N'", "an int", "True")),
-        ("zhao_tan_mlp", {"memory": "first"}, ("'memory'", "dominant, last", "first")),
-        ("zhao_tan_mlp", {"decay": float("nan")}, ("'decay'", "nan")),
-    ],
-)
+@pytest.mark.parametrize(("key", "given", "words"), [
+    ("nothing", {}, ("The model must be one of", "prandtl_ishlinskii", "bouc_wen", "Got 'nothing' instead.")),
+    ("prandtl_ishlinskii", {"n": 5}, ("Got 'n' instead.", "N (an int in [1, 100000])")),
+    ("prandtl_ishlinskii", {"N": 0}, ("'N'", "[1, 100000]", "0")),
+    ("prandtl_ishlinskii", {"N": 2.5}, ("'N'", "an int", "2.5")),
+    ("prandtl_ishlinskii", {"N": True}, ("'N'", "an int", "True")),
+    ("zhao_tan_mlp", {"memory": "first"}, ("'memory'", "dominant, last", "first")),
+    ("zhao_tan_mlp", {"decay": float("nan")}, ("'decay'", "nan")),
+])  # fmt: skip
 def test_wrong_keys_and_options_name_the_legal_ones(key, given, words, small):
     with pytest.raises(InputError) as e:
         fit(small, key, **given)

@@ -5,8 +5,7 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.signal import cont2discrete, lfilter
 
-from hystfmu import Dataset
-from hystfmu.graph import Graph, Node
+from hystfmu import Dataset, Graph, Node
 from hystfmu.identify.catalogue import Candidate
 from hystfmu.identify.cuts import validation_rows, without_outermost
 from hystfmu.identify.estimate.dynamics import Dynamics, Weighted, bounds, polynomials, search, uncertainty, unknown
@@ -81,17 +80,14 @@ def test_the_search_of_dynamics_finds_them():
     assert unknown(found, spread, data, OPTIONS) == []
 
 
-@pytest.mark.parametrize(
-    ("g", "spread", "words"),
-    [
-        (Dynamics(499.9, 0.5, 0.0), [0, 0, 0], ["f_n = 499.9 Hz is a bound of the search"]),
-        (Dynamics(2.0, 0.5, 0.0), [0, 0, 0], []),
-        (Dynamics(30.0, 0.5, 0.0), [0.021, 0, 0], ["f_n = 30 Hz has a standard error of 2.1 %"]),
-        (Dynamics(30.0, 0.5, 0.0), [0.019, 0.021, 0], ["zeta = 0.5 has a standard error of 2.1 %"]),
-        (Dynamics(30.0, 0.5, H), [0, 0, 0.27], ["the delay 0.001 s has a standard error of 0.00027 s"]),
-        (Dynamics(30.0, 0.5, H), [0, 0, 0.26], []),
-    ],
-)
+@pytest.mark.parametrize(("g", "spread", "words"), [
+    (Dynamics(499.9, 0.5, 0.0), [0, 0, 0], ["f_n = 499.9 Hz is a bound of the search"]),
+    (Dynamics(2.0, 0.5, 0.0), [0, 0, 0], []),
+    (Dynamics(30.0, 0.5, 0.0), [0.021, 0, 0], ["f_n = 30 Hz has a standard error of 2.1 %"]),
+    (Dynamics(30.0, 0.5, 0.0), [0.019, 0.021, 0], ["zeta = 0.5 has a standard error of 2.1 %"]),
+    (Dynamics(30.0, 0.5, H), [0, 0, 0.27], ["the delay 0.001 s has a standard error of 0.00027 s"]),
+    (Dynamics(30.0, 0.5, H), [0, 0, 0.26], []),
+])  # fmt: skip
 def test_what_the_record_does_not_tell_of_the_dynamics(g, spread, words):
     found = unknown(g, np.array(spread), noise_data(1000), OPTIONS)
     assert len(found) == len(words)

@@ -10,9 +10,8 @@ import pytest
 import simulate
 from made_graphs import MADE, chain, static_forms
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.library import block_types
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
@@ -98,17 +97,14 @@ def unlike(node: Node, *more: Node) -> Model:
     )
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (
-            lambda: chain(Node("p", "implicit_inverse")),
-            "'p': its input h must be wired to a block that depends on its output u",
-        ),
-        (lambda: unlike(Node("i", "zhao_tan_inverse")), "'i': .* no static form of 'zhao_tan_inverse'"),
-        (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
-    ],
-)
+@pytest.mark.parametrize(("make", "message"), [
+    (
+        lambda: chain(Node("p", "implicit_inverse")),
+        "'p': its input h must be wired to a block that depends on its output u",
+    ),
+    (lambda: unlike(Node("i", "zhao_tan_inverse")), "'i': .* no static form of 'zhao_tan_inverse'"),
+    (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
+])  # fmt: skip
 def test_what_cannot_be_exported_is_one_line(make: object, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message) as e:
         export_modelica(make(), tmp_path / "lib", "P")  # type: ignore[operator]

@@ -117,31 +117,24 @@ def test_the_map_replaces_the_tests_of_a_changed_module():
     assert table["codes"] == {"f": "k", "g": "n"}
 
 
-@pytest.mark.parametrize(
-    ("modules", "sources", "stale"),
-    [
-        ({"a": "1", "b": "1"}, {"f": "1", "g": "1"}, []),
-        ({"a": "2", "b": "1", "c": "1"}, {"f": "1", "g": "1"}, ["a", "c"]),
-        ({"a": "1", "b": "1"}, {"f": "1", "g": "2"}, ["b"]),
-        ({"a": "1", "b": "1"}, {"g": "1"}, ["a", "b"]),  # f is gone
-    ],
-)
+@pytest.mark.parametrize(("modules", "sources", "stale"), [
+    ({"a": "1", "b": "1"}, {"f": "1", "g": "1"}, []),
+    ({"a": "2", "b": "1", "c": "1"}, {"f": "1", "g": "1"}, ["a", "c"]),
+    ({"a": "1", "b": "1"}, {"f": "1", "g": "2"}, ["b"]),
+    ({"a": "1", "b": "1"}, {"g": "1"}, ["a", "b"]),  # f is gone
+])  # fmt: skip
 def test_what_a_change_of_tests_or_sources_makes_run_again(modules, sources, stale):
     lines = {"f": {"1": ["a::x", "b::x"]}, "g": {"4": ["b::y"]}}
     table = {"lines": lines, "codes": {"f": "1", "g": "1"}, "modules": {"a": "1", "b": "1"}}
     assert line_map.out_of_date(table, modules, lambda file: sources.get(file, "")) == stale
 
 
-@pytest.mark.parametrize(
-    ("operators", "file", "text", "read"),
-    [
-        (c_operators, "fmu_build/core/blocks/a/b.c", "#define VARS 1\nint f(int x) {\n  return x + 1;\n}\n",
-         "tests/contract/test_block_table.py::test_rows[b]"),
-        (python_operators, "python/hystfmu/identify/b.py", "N = 1\ndef f(x):\n    return x + 1\n",
-         "tests/identify/choice/test_option_tables.py::test_rows[b]"),
-    ],
-    ids=["C", "Python"],
-)  # fmt: skip
+@pytest.mark.parametrize(("operators", "file", "text", "read"), [
+    (c_operators, "fmu_build/core/blocks/a/b.c", "#define VARS 1\nint f(int x) {\n  return x + 1;\n}\n",
+     "tests/contract/test_block_table.py::test_rows[b]"),
+    (python_operators, "python/hystfmu/identify/b.py", "N = 1\ndef f(x):\n    return x + 1\n",
+     "tests/identify/choice/test_option_tables.py::test_rows[b]"),
+], ids=["C", "Python"])  # fmt: skip
 def test_tables_are_judged_by_those_that_read_them(operators, file, text, read, tmp_path):
     run = "tests/blocks/test_b.py::test_f"
     table = {
@@ -213,15 +206,11 @@ def fault():
     raise OSError("disk")
 
 
-@pytest.mark.parametrize(
-    ("work", "said"),
-    [
-        (lambda: Outcome("tests/a.py::b"), "tests/a.py::b"),
-        (lambda: Outcome(), ""),
-        (lambda: os.kill(os.getpid(), signal.SIGKILL), "crash or CPU limit"),
-    ],
-    ids=["fails", "passes", "crashes"],
-)
+@pytest.mark.parametrize(("work", "said"), [
+    (lambda: Outcome("tests/a.py::b"), "tests/a.py::b"),
+    (lambda: Outcome(), ""),
+    (lambda: os.kill(os.getpid(), signal.SIGKILL), "crash or CPU limit"),
+], ids=["fails", "passes", "crashes"])  # fmt: skip
 def test_a_fork_answers_or_crashes(work, said, tmp_path):
     (tmp_path / "build").mkdir()
     assert judge(work, tmp_path, 5).failed == said

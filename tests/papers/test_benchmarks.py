@@ -6,10 +6,10 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu import Dataset, Graph, InputError, Model, Node
+from hystfmu import Dataset, Graph, InputError, Model, Node, signals, synthetic
 from hystfmu.cli import main
-from hystfmu.data import signals, synthetic
 from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
 from hystfmu.identify.excitation.minor_loops import examine
@@ -34,15 +34,12 @@ def test_turning_points_under_noise_and_on_plateaus():
 
 @pytest.mark.some(3)
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
-@pytest.mark.parametrize(
-    ("plant", "memory"),
-    [
-        (plants.prandtl_ishlinskii, "return-point"),
-        (plants.asymmetric, "return-point"),
-        (plants.bouc_wen, "no return-point"),
-        (lambda u: plants.bouc_wen(u, b=0.3, n=2.0), "no return-point"),
-    ],
-)
+@pytest.mark.parametrize(("plant", "memory"), [
+    (plants.prandtl_ishlinskii, "return-point"),
+    (plants.asymmetric, "return-point"),
+    (plants.bouc_wen, "no return-point"),
+    (lambda u: plants.bouc_wen(u, b=0.3, n=2.0), "no return-point"),
+])  # fmt: skip
 def test_minor_loops_tell_the_class_of_memory(plant, memory, noise):
     u = signals.training(60, 1)
     y = plant(u)
@@ -61,8 +58,7 @@ def test_auto_prints_candidates_memory_and_warnings(tmp_path, monkeypatch):
     path = tmp_path / "sine.csv"
     Dataset.from_signal(u, plants.prandtl_ishlinskii(u), 1e-3).to_csv(path)
     out = tmp_path / "m.model.toml"
-    done = CliRunner().invoke(main, ["fit", str(path), "--model", "auto", "-o", str(out)])
-    assert done.exit_code == 0, done.output
+    done = invoked(["fit", str(path), "--model", "auto", "-o", str(out)])
     for words in ("validation RMS", "parameters", "unknown", "warning: the input is one decaying", "40 samples"):
         assert words in done.output, words
     saved = Model.load(out)
@@ -96,6 +92,7 @@ def test_static_plant_against_the_block_of_another_integrator():
     np.testing.assert_allclose(p.response(u), p.OFFSET + p.LINEAR * u + p.WEIGHT * z, rtol=0, atol=1e-7)
 
 
+@pytest.mark.turn("figures of papers")
 def test_s5_turning_points_are_the_plain_loop():
     precision, *times = sums_of_plays.step_rows()
     assert precision.met
@@ -149,8 +146,7 @@ def test_piezo_table_without_data_is_what_was_published(tmp_path):
     ]  # fmt: skip
     assert "--data" in report["notes"][0]
     for more in ([], ["--data", str(tmp_path / "none")]):
-        done = CliRunner().invoke(main, ["reproduce", "dbo_piezo", *more])
-        assert done.exit_code == 2
+        done = invoked(["reproduce", "dbo_piezo", *more], status=2)
         assert len(done.output.splitlines()) == 1
         assert "dbo_piezo" in done.output
     with pytest.raises(InputError, match="Test_Vi_Do_Di"):
@@ -160,6 +156,7 @@ def test_piezo_table_without_data_is_what_was_published(tmp_path):
         reproduce("dbo_piezo", tmp_path)
 
 
+@pytest.mark.turn("figures of papers")
 def test_own_records_stand_in_for_the_official_ones():
     test = boucwen_benchmark.records(None)
     assert not test.official

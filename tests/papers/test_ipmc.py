@@ -9,9 +9,7 @@ import reasons
 from loop_simulation import Blocks
 
 import papers as reproduce
-from hystfmu import InputError, Model
-from hystfmu.data import signals
-from hystfmu.graph import Graph, Node
+from hystfmu import Graph, InputError, Model, Node, signals
 from hystfmu.identify import fit
 from hystfmu.identify.methods.polynomial_narx import basis, count, lagged
 from hystfmu.identify.solvers.ridge import least_squares
@@ -181,17 +179,14 @@ def test_printed_recursion_fails_where_the_corrected_one_holds():
     assert np.isnan(quiet.theta).all(), "without any error"
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"n": 0}, "'n' parameter of recursive least squares must be"),
-        ({"n": 2, "eta": 0.0}, "'eta' parameter of recursive least squares must be in"),
-        ({"n": 2, "mu": 1.5}, "'mu' parameter of recursive least squares must be in"),
-        ({"n": 2, "dead_zone": -1.0}, "'dead_zone' parameter of recursive least squares must be in"),
-        ({"n": 2, "fraction": 2.0}, "'fraction' parameter of recursive least squares must be in"),
-        ({"n": 2, "theta": np.zeros(3)}, "'theta' array must have shape"),
-    ],
-)
+@pytest.mark.parametrize(("given", "words"), [
+    ({"n": 0}, "'n' parameter of recursive least squares must be"),
+    ({"n": 2, "eta": 0.0}, "'eta' parameter of recursive least squares must be in"),
+    ({"n": 2, "mu": 1.5}, "'mu' parameter of recursive least squares must be in"),
+    ({"n": 2, "dead_zone": -1.0}, "'dead_zone' parameter of recursive least squares must be in"),
+    ({"n": 2, "fraction": 2.0}, "'fraction' parameter of recursive least squares must be in"),
+    ({"n": 2, "theta": np.zeros(3)}, "'theta' array must have shape"),
+])  # fmt: skip
 def test_wrong_settings_are_refused(given, words):
     with pytest.raises(InputError, match=words):
         Recursive(**given)

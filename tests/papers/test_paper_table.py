@@ -5,29 +5,25 @@ import re
 import numpy as np
 import pytest
 import reasons
-from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu.cli import main
 from hystfmu.report.diagrams import Ratio, Ratios
 from papers.table import Report, Row, bounded, nearest
 
 
-@pytest.mark.parametrize(
-    ("row", "verdict", "met"),
-    [
-        (Row("q", 2.0, ours=1.0), "met", True),
-        (Row("q", 2.0, ours=5.0), "missed by a factor 2.50", False),
-        (Row("q", 2.0, ours=1.0, sense="least"), "missed by a factor 2.00", False),
-        (Row("q", 2.0, ours=3.0, sense="least"), "met", True),
-        (Row("q", 2.0, ours=2.01, sense="equal"), "met", True),
-        (Row("q", 2.0, ours=1.0, sense="equal"), "missed by a factor 2.00", False),
-        (Row("q", 0.0, ours=5.75, sense="equal"), "missed, 5.75 for 0", False),
-        (Row("q", 2.0), "not computed", None),
-        (Row("q", 2.0, ours=1.0, scanned=(3, 9)), "met; met on 3 of 9 scanned records", True),
-        (Row("q", 9.0, ours=9.0, ours_range=(6.0, 9.0), sense="equal"), "missed by a factor 1.50", False),
-        (Row("q", ours=2.0), "", None),
-    ],
-)
+@pytest.mark.parametrize(("row", "verdict", "met"), [
+    (Row("q", 2.0, ours=1.0), "met", True),
+    (Row("q", 2.0, ours=5.0), "missed by a factor 2.50", False),
+    (Row("q", 2.0, ours=1.0, sense="least"), "missed by a factor 2.00", False),
+    (Row("q", 2.0, ours=3.0, sense="least"), "met", True),
+    (Row("q", 2.0, ours=2.01, sense="equal"), "met", True),
+    (Row("q", 2.0, ours=1.0, sense="equal"), "missed by a factor 2.00", False),
+    (Row("q", 0.0, ours=5.75, sense="equal"), "missed, 5.75 for 0", False),
+    (Row("q", 2.0), "not computed", None),
+    (Row("q", 2.0, ours=1.0, scanned=(3, 9)), "met; met on 3 of 9 scanned records", True),
+    (Row("q", 9.0, ours=9.0, ours_range=(6.0, 9.0), sense="equal"), "missed by a factor 1.50", False),
+    (Row("q", ours=2.0), "", None),
+])  # fmt: skip
 def test_every_printed_figure_has_a_verdict(row, verdict, met):
     assert (row.printed_verdict(), row.printed_met) == (verdict, met)
     assert row.met is None, "the exit status follows targets only"
@@ -84,8 +80,7 @@ def test_nearest_takes_the_least_of_the_largest_factors():
 
 def test_report_writes_a_page_for_each_paper(tmp_path, monkeypatch):
     monkeypatch.setattr("papers.PAPERS", {"dbo_piezo": ""})
-    done = CliRunner().invoke(main, ["reproduce", "--report", str(tmp_path / "out")])
-    assert done.exit_code == 0, done.output
+    invoked(["reproduce", "--report", str(tmp_path / "out")])
     page = (tmp_path / "out" / "dbo_piezo.html").read_text()
     assert "What the paper prints" in page
     assert "1.68" in page
@@ -97,8 +92,7 @@ def test_report_writes_a_page_for_each_paper(tmp_path, monkeypatch):
 def test_a_missed_target_on_time_does_not_change_the_exit_status(group, status, monkeypatch):
     rows = (Row("q", ours=2.0, target=1.0, group=group),)
     monkeypatch.setattr("papers.reproduce", lambda *given: Report("x", "y", rows))
-    done = CliRunner().invoke(main, ["reproduce", "zhao_tan_2008"])
-    assert done.exit_code == status
+    done = invoked(["reproduce", "zhao_tan_2008"], status=status)
     assert "missed by a factor 2.00" in done.output
 
 

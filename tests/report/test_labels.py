@@ -165,13 +165,10 @@ def test_the_floor_is_that_of_percents() -> None:
 COMMON = (Path(report.__file__).parent / "script" / "common.js").read_text()
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"), (0.1 + 0.2, "0.3"), (-0.005, "-0.005"), (115000.0, "115000"), (120000.0, "1.2e5"), (1e6, "1e6"),
-        (2e-8, "2e-8"), (-5e299, "-5e299"), (100000.0005, "100000.0005"), (5e-301, "5e-301"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("value", "text"), [
+    (0.0, "0"), (0.1 + 0.2, "0.3"), (-0.005, "-0.005"), (115000.0, "115000"), (120000.0, "1.2e5"), (1e6, "1e6"),
+    (2e-8, "2e-8"), (-5e299, "-5e299"), (100000.0005, "100000.0005"), (5e-301, "5e-301"),
+])  # fmt: skip
 def test_a_number_beside_an_axis(value: float, text: str) -> None:
     assert tick(value) == text
 

@@ -22,6 +22,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmu_slave import Slave
 from heap import leaves_nothing
+from invoked import invoked
 
 from hystfmu.cli import main
 from hystfmu.fmu.write.export import export_fmu
@@ -53,8 +54,7 @@ def foreign(loop: Any, write: Any) -> Any:
 
 
 def written(folder: Path, out: Path) -> None:
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(out)])
-    assert result.exit_code == 0, result.output
+    invoked(["ssp", str(folder), "-o", str(out)])
 
 
 def unpacked(folder: Path, tmp_path: Path) -> tuple[Path, Path]:
@@ -167,8 +167,7 @@ def test_a_number_that_does_not_fit_names_its_input(write: Any, tmp_path: Path) 
     line = tried(unpacked(folder, tmp_path)[0], 5)[0]
     assert re.fullmatch(r"unit 'x' refuses the step from t = 0\.\d+ s: n: -?\S+ does not fit the type Integer", line)
     data["units"]["x"]["inputs"]["on"], data["units"]["x"]["set"]["whole"] = 1.0, 2**31
-    result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "other.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(write(data)), "-o", str(tmp_path / "other.fmu")], status=2)
     assert "units.x: whole: 2.14748e+09 does not fit the type Integer" in result.output
 
 
@@ -179,8 +178,7 @@ def test_outputs_of_one_name_are_refused(write: Any, tmp_path: Path) -> None:
     drawn_fmu(folder / "x.fmu", 2, variables)
     data["units"]["x_k"], data["order"] = data["units"]["x"], ["reference", "x", "x_k"]
     data["connections"]["x_k.n"] = "reference.r"
-    result = CliRunner().invoke(main, ["ssp", str(write(data)), "-o", str(tmp_path / "box.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(write(data)), "-o", str(tmp_path / "box.fmu")], status=2)
     assert "x.k_k and x_k.k: both outputs would have the name x_k_k in a container" in result.output
 
 
@@ -193,8 +191,7 @@ def test_events_between_steps_are_refused(foreign: Any, loop: Any, tmp_path: Pat
     written(folder, tmp_path / "box.fmu")
     data["coupling"]["events"] = "located"
     (folder / "scenario.toml").write_text(tomli_w.dumps(data))
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "other.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(folder), "-o", str(tmp_path / "other.fmu")], status=2)
     assert "coupling.events must be 'grid': a container locates no events between steps" in result.output
 
 
@@ -261,8 +258,7 @@ def test_a_damaged_system_file_never_crashes(foreign: Any, tmp_path: Path) -> No
 
 def test_what_a_container_cannot_step_is_refused(foreign: Any, loop: Any, tmp_path: Path) -> None:
     folder = foreign(coupling="iterative")
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(tmp_path / "box.fmu")])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(folder), "-o", str(tmp_path / "box.fmu")], status=2)
     assert "the coupling of a container must not be iterative" in result.output
     result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", "3", "-o", str(tmp_path / "box.fmu")])
     assert "a loop with foreign FMUs needs FMI 2.0" in result.output

@@ -131,35 +131,32 @@ def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, w
     assert [p.name for p in b.parts] == ["late", *loop["order"]]
 
 
-@pytest.mark.parametrize(
-    ("own", "words"),
-    [
-        ({"extends": 3}, ["child/scenario.toml: extends: must be the path", "3"]),
-        ({"extends": "../../x.toml"}, ["child/scenario.toml: extends: must stay within the folder of the scenarios"]),
-        ({"extends": "/etc/passwd"}, ["child/scenario.toml: extends: must be a path relative", "/etc/passwd"]),
-        ({"extends": "a\0b"}, ["child/scenario.toml: extends:", "printable characters"]),
-        ({"extends": "gone.toml"}, ["child/scenario.toml: extends: ", "gone.toml: No such file"]),
-        ({"extends": "."}, ["child/scenario.toml: extends: ", "Is a directory"]),
-        ({"extends": "scenario.toml"}, ["child/scenario.toml: extends: returns to 'scenario.toml'"]),
-        ({"stop": -1.0}, ["child/scenario.toml: stop: ", "greater than 0"]),
-        ({"units": {"pid": {"values": {"Kp": {}}}}}, ["child/scenario.toml: units.pid.values.Kp"]),
-        ({"metrics": {"tracking": {"stroke": -2.0}}}, ["child/scenario.toml: metrics.tracking.stroke"]),
-        ({"case": [{"name": "b", "stop": -1.0}]}, ["child/scenario.toml: case.0.stop"]),
-        ({"case": [{"name": "z", "text": "x"}]}, ["loop/scenario.toml: case.0.after"]),
-        ({"case": [{"text": "x"}]}, ["child/scenario.toml: case.0.name: The key is required."]),
-        ({"case": 3}, ["child/scenario.toml: case: ", "list"]),
-        ({"units": 3}, ["child/scenario.toml: units: ", "dict"]),
-        ({"case": [{"name": "a", "conditions": ["fast"]}]}, ["case a: conditions: no condition 'fast'", "'slow'"]),
-        ({"case": [{"name": "a", "conditions": "slow"}]}, ["case.0.conditions", "list"]),
-        ({"conditions": {"slow": {"stop": -1.0}}}, ["conditions.slow.stop", "greater than 0"]),
-        ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: There is no such key"]),
-        (
-            {"conditions": {"slow": {"limits": {"ghost": 1.0}}}, "case": [{"name": "a"}]},
-            ["case a: limits: no metric 'ghost'"],
-        ),
-        ({"conditions": 3}, ["conditions: ", "dict"]),
-    ],
-)
+@pytest.mark.parametrize(("own", "words"), [
+    ({"extends": 3}, ["child/scenario.toml: extends: must be the path", "3"]),
+    ({"extends": "../../x.toml"}, ["child/scenario.toml: extends: must stay within the folder of the scenarios"]),
+    ({"extends": "/etc/passwd"}, ["child/scenario.toml: extends: must be a path relative", "/etc/passwd"]),
+    ({"extends": "a\0b"}, ["child/scenario.toml: extends:", "printable characters"]),
+    ({"extends": "gone.toml"}, ["child/scenario.toml: extends: ", "gone.toml: No such file"]),
+    ({"extends": "."}, ["child/scenario.toml: extends: ", "Got a folder"]),
+    ({"extends": "scenario.toml"}, ["child/scenario.toml: extends: returns to 'scenario.toml'"]),
+    ({"stop": -1.0}, ["child/scenario.toml: stop: ", "greater than 0"]),
+    ({"units": {"pid": {"values": {"Kp": {}}}}}, ["child/scenario.toml: units.pid.values.Kp"]),
+    ({"metrics": {"tracking": {"stroke": -2.0}}}, ["child/scenario.toml: metrics.tracking.stroke"]),
+    ({"case": [{"name": "b", "stop": -1.0}]}, ["child/scenario.toml: case.0.stop"]),
+    ({"case": [{"name": "z", "text": "x"}]}, ["loop/scenario.toml: case.0.after"]),
+    ({"case": [{"text": "x"}]}, ["child/scenario.toml: case.0.name: The key is required."]),
+    ({"case": 3}, ["child/scenario.toml: case: ", "list"]),
+    ({"units": 3}, ["child/scenario.toml: units: ", "dict"]),
+    ({"case": [{"name": "a", "conditions": ["fast"]}]}, ["case a: conditions: no condition 'fast'", "'slow'"]),
+    ({"case": [{"name": "a", "conditions": "slow"}]}, ["case.0.conditions", "list"]),
+    ({"conditions": {"slow": {"stop": -1.0}}}, ["conditions.slow.stop", "greater than 0"]),
+    ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: There is no such key"]),
+    (
+        {"conditions": {"slow": {"limits": {"ghost": 1.0}}}, "case": [{"name": "a"}]},
+        ["case a: limits: no metric 'ghost'"],
+    ),
+    ({"conditions": 3}, ["conditions: ", "dict"]),
+])  # fmt: skip
 def test_an_error_names_the_file_and_its_key(loop: Any, write: Any, own: Any, words: list[str]) -> None:
     cases = [{"name": "z", "after": -1.0}, {"name": "a", "conditions": ["slow"]}]
     write(loop | {"case": cases, "conditions": {"slow": {"stop": 0.05}}})

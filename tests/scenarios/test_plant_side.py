@@ -100,23 +100,20 @@ def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
     assert law.run(wide).reshape(2, -1)[:, 0].tolist() == wide[:, 0].tolist()
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (
-            {"coupling": {"scheme": "jacobi"}},
-            "The coupling must be gauss_seidel, whose order the loop follows. Got jacobi instead.",
-        ),
-        (
-            {"metrics": {"p": {"kind": "peak", "signal": "lag.y"}}},
-            "A metric must compare an output with a reference. Got none.",
-        ),
-        (
-            {"connections": {"law.y_d": "reference.r", "law.y": "reference.r", "play.u": "law.u", "lag.u": "play.y"}},
-            "The case must have feedback. Got an open loop: lag does not act on itself.",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("change", "said"), [
+    (
+        {"coupling": {"scheme": "jacobi"}},
+        "The coupling must be gauss_seidel, whose order the loop follows. Got jacobi instead.",
+    ),
+    (
+        {"metrics": {"p": {"kind": "peak", "signal": "lag.y"}}},
+        "A metric must compare an output with a reference. Got none.",
+    ),
+    (
+        {"connections": {"law.y_d": "reference.r", "law.y": "reference.r", "play.u": "law.u", "lag.u": "play.y"}},
+        "The case must have feedback. Got an open loop: lag does not act on itself.",
+    ),
+])  # fmt: skip
 def test_a_loop_without_margins_says_why(write: Any, change: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=f"^s/nominal: {re.escape(said)}$"):
         open_loop(system(write, "play lag reference law", CHAIN, WIRES, 4, **change), (1.0, 1.0))
@@ -237,14 +234,11 @@ def test_a_mode_between_two_frequencies_of_the_grid_limits_the_delay(write: Any)
         raise AssertionError("one of these delays is a stable one")
 
 
-@pytest.mark.parametrize(
-    ("unit", "how", "said"),
-    [
-        ("lag", {"hold": "first"}, "The units of the loop must hold their inputs to have margins. Got lines at lag."),
-        ("law", {"hold": "first"}, "The units of the loop must hold their inputs to have margins. Got lines at law."),
-        ("lag", {"every": 3}, "The plant must step as often as its controllers to have margins. Got lag slower."),
-    ],
-)
+@pytest.mark.parametrize(("unit", "how", "said"), [
+    ("lag", {"hold": "first"}, "The units of the loop must hold their inputs to have margins. Got lines at lag."),
+    ("law", {"hold": "first"}, "The units of the loop must hold their inputs to have margins. Got lines at law."),
+    ("lag", {"every": 3}, "The plant must step as often as its controllers to have margins. Got lag slower."),
+])  # fmt: skip
 def test_loops_whose_plant_is_not_held_are_refused(write: Any, unit: str, how: dict[str, Any], said: str) -> None:
     """An I law around this lag is unstable from a third of the gain on with lines, an eighth with every third step."""
     units = {"play": PLAY, "lag": LAG, "law": LAW}
@@ -274,15 +268,12 @@ def test_a_loop_in_rows(write: Any) -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("order", "delay"),
-    [
-        ("play lag reference law", 0.0),  # the command of the last step, held: no delay but the hold
-        ("lag play reference law", 0.25),  # and a fine step between the two
-        ("reference law play lag", 0.0),  # the measured value is that of the last step instead
-        ("reference law lag play", 0.25),
-        ("play reference law lag", 0.25),  # two late values: one closes the loop
-    ],
-)
+@pytest.mark.parametrize(("order", "delay"), [
+    ("play lag reference law", 0.0),  # the command of the last step, held: no delay but the hold
+    ("lag play reference law", 0.25),  # and a fine step between the two
+    ("reference law play lag", 0.0),  # the measured value is that of the last step instead
+    ("reference law lag play", 0.25),
+    ("play reference law lag", 0.25),  # two late values: one closes the loop
+])  # fmt: skip
 def test_a_late_value_among_fine_units_is_a_fine_step(write: Any, order: str, delay: float) -> None:
     assert side(system(write, order, CHAIN, WIRES, 4)) == (["play", "lag"], delay)

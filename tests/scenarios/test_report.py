@@ -173,18 +173,15 @@ BELOW = " <small>≤ 1</small>"
 WAS = f'{BELOW}<small class="was">was 0.25</small>'
 
 
-@pytest.mark.parametrize(
-    ("value", "told", "fails", "bad", "after"),
-    [
-        (0.5, {}, True, False, BELOW),
-        (0.5, {"limit": None}, True, False, ""),
-        (1.5, {}, False, True, " <small>&gt; 1</small>"),
-        (0.5, {"baseline": 0.25, "same": True}, True, False, BELOW),
-        (0.5, {"baseline": 0.25, "same": False}, True, True, WAS),
-        (0.5, {"baseline": 0.25, "same": False}, False, False, WAS),
-        (0.5, {"same": False}, True, True, BELOW),
-    ],
-)
+@pytest.mark.parametrize(("value", "told", "fails", "bad", "after"), [
+    (0.5, {}, True, False, BELOW),
+    (0.5, {"limit": None}, True, False, ""),
+    (1.5, {}, False, True, " <small>&gt; 1</small>"),
+    (0.5, {"baseline": 0.25, "same": True}, True, False, BELOW),
+    (0.5, {"baseline": 0.25, "same": False}, True, True, WAS),
+    (0.5, {"baseline": 0.25, "same": False}, False, False, WAS),
+    (0.5, {"same": False}, True, True, BELOW),
+])  # fmt: skip
 def test_the_cell_of_a_metric(value: float, told: dict[str, Any], fails: bool, bad: bool, after: str) -> None:
     """A changed value is marked only if the change fails the case."""
     assert cases._metric(verdict(value, **told), fails) == f"<td{cases.BAD * bad}>{value}{after}</td>"

@@ -10,13 +10,12 @@ from typing import Any
 
 import pydantic
 import pytest
-from click.testing import CliRunner
 from engines import ready
+from invoked import invoked
 
 import hystfmu as hy
 import hystfmu.scenario
 from hystfmu.base.errors import InputError
-from hystfmu.cli import main
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.system import case as cases
 from hystfmu.scenario.system.case import delayed
@@ -44,77 +43,74 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "words"),
-    [
-        ("step", -1e-4, ["step", "greater than 0", "-0.0001"]),
-        ("step", 0.0, ["step", "greater than 0"]),
-        ("step", float("nan"), ["step"]),
-        ("step", float("inf"), ["step"]),
-        ("step", "fast", ["step", "fast"]),
-        ("step", KeyError, ["step", "required"]),
-        ("stop", 0.03005, ["stop", "multiple of the step"]),
-        ("stop", 1e9, ["stop", "at most", "got 1e+13"]),
-        ("ripple", 0, ["ripple", "greater than or equal to 1"]),
-        ("speed", 3, ["speed", "There is no such key"]),
-        ("order", ["plant", "pid"], ["order", "missing: ['reference']"]),
-        ("order", ["plant", "reference", "pid", "pid"], ["order", "twice: ['pid']"]),
-        ("order", ["plant", "reference", "pid", "ghost"], ["order", "unknown: ['ghost']"]),
-        ("connections/plant.w", "pid.u", ["no input 'plant.w'", "['u']"]),
-        ("connections/plant.u", "pid.w", ["no output 'pid.w'", "pid.u"]),
-        ("connections/plant.u", "ghost.u", ["no output 'ghost.u'", "pid"]),
-        ("connections/ghost.u", "pid.u", ["no unit 'ghost'", "plant"]),
-        ("connections/plant", "pid.u", ["unit.variable", "'plant'"]),
-        ("connections/pid.u_ff", "reference.r", ["pid.u_ff", "and have a constant value"]),
-        ("connections/plant.u", KeyError, ["nothing is connected to 'plant.u'"]),
-        ("units/pid/inputs", {"v": 1.0}, ["no input 'v'"]),
-        ("units/pid/block", "pidd", ["The type of a block must be one", "Got 'pidd' instead"]),
-        ("units/pid/values", {"Kq": 1.0}, ["A parameter of pid must be one of", "Got 'Kq' instead"]),
-        ("units/pid/values", {"tau": -1.0}, ["tau", "Got -1"]),
-        ("units/pid/values", {"Kp": "a"}, ["units.pid: The 'Kp' parameter"]),
-        (
-            "units/pid/values",
-            {"Kp": {"a": 1}},
-            ["units.pid.values.Kp: The value must be a valid boolean or integer or number or string"],
-        ),
-        (
-            "units/plant",
-            {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2, 0.1]}},
-            ["units.plant: ", "the thresholds r must not decrease"],
-        ),
-        (
-            "units/plant",
-            {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2]}},
-            ["units.plant: ", "'r' parameter of prandtl_ishlinskii must have 2 values. Got 1 instead"],
-        ),
-        ("units/pid/set", {"Kq": 1.0}, ["no parameter 'Kq'"]),
-        ("units/pid/set", {"Kp": "*x"}, ["'*' must be followed by a number", "'*x'"]),
-        ("units/pid/model", "a.model.toml", ["exactly one of model, block, graph, inverse_of"]),
-        ("units/pid", {}, ["exactly one of model"]),
-        ("memory", True, ["memory: There is no such key."]),
-        ("coupling", {"most_sweeps": 9}, ["coupling.most_sweeps: There is no such key."]),
-        ("coupling", {"events": "met"}, ["coupling.events", "'located' or 'grid'", "'met'"]),
-        ("units/pid/as", "fmu1", ["as", "fmu1"]),
-        ("units/pid/as", "python", ["units.pid.as", "'fmu2' or 'fmu3'", "'python'"]),
-        ("units/pid/every", 0, ["every", "0"]),
-        ("units/plant", {"model": "../../../secret.model.toml"}, ["must stay within the folder of the scenarios"]),
-        ("units/plant", {"model": "/etc/passwd"}, ["relative to the scenario", "/etc/passwd"]),
-        ("units/plant", {"model": "C:\\x.model.toml"}, ["relative to the scenario"]),
-        ("units/plant", {"model": "gone.model.toml"}, ["gone.model.toml", "No such file"]),
-        ("units/plant/graph/wires", [["hysteresis.y", "g1.u"]], ["must be one of", "Got 'g1.u' instead"]),
-        ("metrics", {}, ["metrics", "at least 1"]),
-        ("metrics/tracking/kind", "mean", ["kind", "'mean'"]),
-        ("metrics/tracking/signal", "plant.z", ["metrics.tracking", "no output 'plant.z'"]),
-        ("metrics/tracking/after", 0.03, ["metrics.tracking.after", "below stop"]),
-        ("metrics/tracking/limit", -1.0, ["limit", "-1"]),
-        ("record", ["plant.z"], ["record", "no output 'plant.z'"]),
-        ("loops", [["pid.u", "plant.z"]], ["loops", "no output 'plant.z'; there are plant.y, plant.v"]),
-        ("case", [{"name": "a"}, {"name": "a"}], ["two cases have the name 'a'"]),
-        ("case", [{"name": "a", "set": {"ghost.x": 1}}], ["case a", "no unit 'ghost'"]),
-        ("case", [{"name": "a", "limits": {"ghost": 1.0}}], ["case a", "no metric 'ghost'"]),
-        ("case", [{"name": "a,b"}], ["case", "a,b"]),
-    ],
-)
+@pytest.mark.parametrize(("path", "value", "words"), [
+    ("step", -1e-4, ["step", "greater than 0", "-0.0001"]),
+    ("step", 0.0, ["step", "greater than 0"]),
+    ("step", float("nan"), ["step"]),
+    ("step", float("inf"), ["step"]),
+    ("step", "fast", ["step", "fast"]),
+    ("step", KeyError, ["step", "required"]),
+    ("stop", 0.03005, ["stop", "multiple of the step"]),
+    ("stop", 1e9, ["stop", "at most", "got 1e+13"]),
+    ("ripple", 0, ["ripple", "greater than or equal to 1"]),
+    ("speed", 3, ["speed", "There is no such key"]),
+    ("order", ["plant", "pid"], ["order", "missing: ['reference']"]),
+    ("order", ["plant", "reference", "pid", "pid"], ["order", "twice: ['pid']"]),
+    ("order", ["plant", "reference", "pid", "ghost"], ["order", "unknown: ['ghost']"]),
+    ("connections/plant.w", "pid.u", ["no input 'plant.w'", "['u']"]),
+    ("connections/plant.u", "pid.w", ["no output 'pid.w'", "pid.u"]),
+    ("connections/plant.u", "ghost.u", ["no output 'ghost.u'", "pid"]),
+    ("connections/ghost.u", "pid.u", ["no unit 'ghost'", "plant"]),
+    ("connections/plant", "pid.u", ["unit.variable", "'plant'"]),
+    ("connections/pid.u_ff", "reference.r", ["pid.u_ff", "and have a constant value"]),
+    ("connections/plant.u", KeyError, ["nothing is connected to 'plant.u'"]),
+    ("units/pid/inputs", {"v": 1.0}, ["no input 'v'"]),
+    ("units/pid/block", "pidd", ["The type of a block must be one", "Got 'pidd' instead"]),
+    ("units/pid/values", {"Kq": 1.0}, ["A parameter of pid must be one of", "Got 'Kq' instead"]),
+    ("units/pid/values", {"tau": -1.0}, ["tau", "Got -1"]),
+    ("units/pid/values", {"Kp": "a"}, ["units.pid: The 'Kp' parameter"]),
+    (
+        "units/pid/values",
+        {"Kp": {"a": 1}},
+        ["units.pid.values.Kp: The value must be a valid boolean or integer or number or string"],
+    ),
+    (
+        "units/plant",
+        {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2, 0.1]}},
+        ["units.plant: ", "the thresholds r must not decrease"],
+    ),
+    (
+        "units/plant",
+        {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2]}},
+        ["units.plant: ", "'r' parameter of prandtl_ishlinskii must have 2 values. Got 1 instead"],
+    ),
+    ("units/pid/set", {"Kq": 1.0}, ["no parameter 'Kq'"]),
+    ("units/pid/set", {"Kp": "*x"}, ["'*' must be followed by a number", "'*x'"]),
+    ("units/pid/model", "a.model.toml", ["exactly one of model, block, graph, inverse_of"]),
+    ("units/pid", {}, ["exactly one of model"]),
+    ("memory", True, ["memory: There is no such key."]),
+    ("coupling", {"most_sweeps": 9}, ["coupling.most_sweeps: There is no such key."]),
+    ("coupling", {"events": "met"}, ["coupling.events", "'located' or 'grid'", "'met'"]),
+    ("units/pid/as", "fmu1", ["as", "fmu1"]),
+    ("units/pid/as", "python", ["units.pid.as", "'fmu2' or 'fmu3'", "'python'"]),
+    ("units/pid/every", 0, ["every", "0"]),
+    ("units/plant", {"model": "../../../secret.model.toml"}, ["must stay within the folder of the scenarios"]),
+    ("units/plant", {"model": "/etc/passwd"}, ["relative to the scenario", "/etc/passwd"]),
+    ("units/plant", {"model": "C:\\x.model.toml"}, ["relative to the scenario"]),
+    ("units/plant", {"model": "gone.model.toml"}, ["gone.model.toml", "No such file"]),
+    ("units/plant/graph/wires", [["hysteresis.y", "g1.u"]], ["must be one of", "Got 'g1.u' instead"]),
+    ("metrics", {}, ["metrics", "at least 1"]),
+    ("metrics/tracking/kind", "mean", ["kind", "'mean'"]),
+    ("metrics/tracking/signal", "plant.z", ["metrics.tracking", "no output 'plant.z'"]),
+    ("metrics/tracking/after", 0.03, ["metrics.tracking.after", "below stop"]),
+    ("metrics/tracking/limit", -1.0, ["limit", "-1"]),
+    ("record", ["plant.z"], ["record", "no output 'plant.z'"]),
+    ("loops", [["pid.u", "plant.z"]], ["loops", "no output 'plant.z'; there are plant.y, plant.v"]),
+    ("case", [{"name": "a"}, {"name": "a"}], ["two cases have the name 'a'"]),
+    ("case", [{"name": "a", "set": {"ghost.x": 1}}], ["case a", "no unit 'ghost'"]),
+    ("case", [{"name": "a", "limits": {"ghost": 1.0}}], ["case a", "no metric 'ghost'"]),
+    ("case", [{"name": "a,b"}], ["case", "a,b"]),
+])  # fmt: skip
 def test_a_wrong_key_is_named_with_its_value(loop: Any, write: Any, path: str, value: Any, words: list[str]) -> None:
     folder = write(broken(loop, path, value))
     with pytest.raises(InputError) as caught:
@@ -173,8 +169,7 @@ def test_an_override_that_fits_nothing_is_refused(loop: Any, write: Any) -> None
 def test_an_engine_that_does_not_exist_is_refused_with_those_that_do(loop: Any, write: Any) -> None:
     with pytest.raises(InputError, match=r"^engine: must be one of fmpy, native\. Got 'python' instead\."):
         hy.run([write(loop)], engine="python")  # type: ignore[arg-type]
-    result = CliRunner().invoke(main, ["run", str(write(loop)), "--engine", "python"])
-    assert result.exit_code == 2
+    result = invoked(["run", str(write(loop)), "--engine", "python"], status=2)
     assert "'python' is not one of 'fmpy', 'native'. See " in result.output.splitlines()[-1]
 
 
@@ -203,39 +198,36 @@ def many(n: int, value: Any) -> dict[str, Any]:
     return {f"x{k}": value for k in range(n)}
 
 
-@pytest.mark.parametrize(
-    ("kind", "base", "key", "good", "bad"),
-    [
-        (UnitSpec, UNIT, "every", [1, 1_000_000], [0, 1_000_001]),
-        (UnitSpec, UNIT, "substeps", [1, 10_000], [0, 10_001]),
-        (MetricSpec, METRIC, "after", [0.0, 1e300], [-TINY, math.inf, math.nan]),
-        (MetricSpec, METRIC, "limit", [0.0, 1e300], [-TINY, math.inf]),
-        (MetricSpec, METRIC, "stroke", [TINY], [0.0, -1.0, math.inf]),
-        (CouplingSpec, {}, "max_sweeps", [2, 10_000], [1, 10_001]),
-        (CouplingSpec, {}, "tolerance", [TINY, 1.0], [0.0, math.inf]),
-        (TubeSpec, {"value": 0.5}, "time", [0.0], [-TINY, math.inf]),
-        (TubeSpec, {}, "value", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
-        (MarginsSpec, {}, "Ms_db", [TINY, 60.0], [0.0, 60.0 + 1e-13]),
-        (MarginsSpec, CORNERS, "stable_to_steps", [0.0, 100.0], [-TINY, 100.0 + 1e-13]),
-        (MarginsSpec, {"Ms_db": 1.0}, "slopes", [[0.5, 2.0]], [[1.0], [1.0, 2.0, 3.0], [1.0, math.inf]]),
-        (CaseSpec, {"name": "c"}, "stop", [TINY], [0.0, math.inf]),
-        (CaseSpec, {"name": "c"}, "after", [0.0], [-TINY]),
-        (CaseSpec, {"name": "c"}, "limits", [{"m": 0.0}], [{"m": -TINY}]),
-        (CaseSpec, {}, "name", ["c" * 64, "0.a-B_"], ["c" * 65, "", "-a", "a b"]),
-        (ScenarioSpec, WHOLE, "step", [TINY], [0.0, math.inf]),
-        (ScenarioSpec, WHOLE, "stop", [TINY], [0.0]),
-        (ScenarioSpec, WHOLE, "ripple", [1, 1000], [0, 1001]),
-        (ScenarioSpec, WHOLE, "order", [["a"], ["a"] * 200], [[], ["a"] * 201]),
-        (ScenarioSpec, WHOLE, "guard", [1.0], [1.0 - 1e-15, math.inf]),
-        (MarginsSpec, CORNERS, "expected_unstable", [["a"] * 100], [["a"] * 101]),
-        (MarginsSpec, {}, "corners", [["*"] * 100, ["a" * 64]], [["*"] * 101, ["a" * 65]]),
-        (ScenarioSpec, WHOLE, "tolerance", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
-        (ScenarioSpec, WHOLE, "units", [many(200, UNIT)], [{}, many(201, UNIT)]),
-        (ScenarioSpec, WHOLE, "metrics", [many(100, METRIC)], [{}, many(101, METRIC)]),
-        (ScenarioSpec, WHOLE, "case", [[{"name": k} for k in many(200, 0)]], [[{"name": k} for k in many(201, 0)]]),
-        (ScenarioSpec, WHOLE, "loops", [[["a", "b"]]], [[["a"]], [["a", "b", "c"]]]),
-    ],
-)
+@pytest.mark.parametrize(("kind", "base", "key", "good", "bad"), [
+    (UnitSpec, UNIT, "every", [1, 1_000_000], [0, 1_000_001]),
+    (UnitSpec, UNIT, "substeps", [1, 10_000], [0, 10_001]),
+    (MetricSpec, METRIC, "after", [0.0, 1e300], [-TINY, math.inf, math.nan]),
+    (MetricSpec, METRIC, "limit", [0.0, 1e300], [-TINY, math.inf]),
+    (MetricSpec, METRIC, "stroke", [TINY], [0.0, -1.0, math.inf]),
+    (CouplingSpec, {}, "max_sweeps", [2, 10_000], [1, 10_001]),
+    (CouplingSpec, {}, "tolerance", [TINY, 1.0], [0.0, math.inf]),
+    (TubeSpec, {"value": 0.5}, "time", [0.0], [-TINY, math.inf]),
+    (TubeSpec, {}, "value", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
+    (MarginsSpec, {}, "Ms_db", [TINY, 60.0], [0.0, 60.0 + 1e-13]),
+    (MarginsSpec, CORNERS, "stable_to_steps", [0.0, 100.0], [-TINY, 100.0 + 1e-13]),
+    (MarginsSpec, {"Ms_db": 1.0}, "slopes", [[0.5, 2.0]], [[1.0], [1.0, 2.0, 3.0], [1.0, math.inf]]),
+    (CaseSpec, {"name": "c"}, "stop", [TINY], [0.0, math.inf]),
+    (CaseSpec, {"name": "c"}, "after", [0.0], [-TINY]),
+    (CaseSpec, {"name": "c"}, "limits", [{"m": 0.0}], [{"m": -TINY}]),
+    (CaseSpec, {}, "name", ["c" * 64, "0.a-B_"], ["c" * 65, "", "-a", "a b"]),
+    (ScenarioSpec, WHOLE, "step", [TINY], [0.0, math.inf]),
+    (ScenarioSpec, WHOLE, "stop", [TINY], [0.0]),
+    (ScenarioSpec, WHOLE, "ripple", [1, 1000], [0, 1001]),
+    (ScenarioSpec, WHOLE, "order", [["a"], ["a"] * 200], [[], ["a"] * 201]),
+    (ScenarioSpec, WHOLE, "guard", [1.0], [1.0 - 1e-15, math.inf]),
+    (MarginsSpec, CORNERS, "expected_unstable", [["a"] * 100], [["a"] * 101]),
+    (MarginsSpec, {}, "corners", [["*"] * 100, ["a" * 64]], [["*"] * 101, ["a" * 65]]),
+    (ScenarioSpec, WHOLE, "tolerance", [0.0, 1.0], [-TINY, 1.0 + 1e-15]),
+    (ScenarioSpec, WHOLE, "units", [many(200, UNIT)], [{}, many(201, UNIT)]),
+    (ScenarioSpec, WHOLE, "metrics", [many(100, METRIC)], [{}, many(101, METRIC)]),
+    (ScenarioSpec, WHOLE, "case", [[{"name": k} for k in many(200, 0)]], [[{"name": k} for k in many(201, 0)]]),
+    (ScenarioSpec, WHOLE, "loops", [[["a", "b"]]], [[["a"]], [["a", "b", "c"]]]),
+])  # fmt: skip
 def test_a_value_at_its_limits(kind: Any, base: dict[str, Any], key: str, good: list[Any], bad: list[Any]) -> None:
     for value in good:
         kind.model_validate(base | {key: value})
@@ -290,13 +282,10 @@ def delay(**more: Any) -> UnitSpec:
 
 
 # ---- a number of steps ---------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("steps", "unit", "n", "fine"),
-    [
-        (2, {}, 2, False), (2.0, {}, 2, False), (0.75, {}, 3, True), (1.25, {}, 5, True), (1e-7 / 4 + 1, {}, 1, False),
-        (5, {"fine": True}, 5, True), (5, {"every": 2}, 5, False), (250_000_000, {}, 250_000_000, False),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("steps", "unit", "n", "fine"), [
+    (2, {}, 2, False), (2.0, {}, 2, False), (0.75, {}, 3, True), (1.25, {}, 5, True), (1e-7 / 4 + 1, {}, 1, False),
+    (5, {"fine": True}, 5, True), (5, {"every": 2}, 5, False), (250_000_000, {}, 250_000_000, False),
+])  # fmt: skip
 def test_a_fraction_counts_in_fine_steps(steps: float, unit: dict[str, Any], n: int, fine: bool) -> None:
     found = delayed(delay(set={"n": 9, "y0": 0.5}, **unit), steps, 4, "here")
     assert (found.block, found.dims, found.fine, found.set) == ("delay", {"n": n}, fine, {"y0": 0.5})
@@ -309,13 +298,10 @@ def test_no_step_makes_it_a_connection(unit: dict[str, Any]) -> None:
         assert (found.block, found.dims, found.set, found.fine) == ("scaling", {"n": 1}, {}, bool(unit))
 
 
-@pytest.mark.parametrize(
-    ("steps", "unit", "least"),
-    [
-        (-1, {}, 0.25), (0.3, {}, 0.25), (1.0 + 1e-6, {}, 0.25), (1.5, {"fine": True}, 1), (1.5, {"every": 2}, 1),
-        ("2", {}, 0.25), (True, {}, 0.25), (250_000_001, {}, 0.25), (float("nan"), {}, 0.25),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("steps", "unit", "least"), [
+    (-1, {}, 0.25), (0.3, {}, 0.25), (1.0 + 1e-6, {}, 0.25), (1.5, {"fine": True}, 1), (1.5, {"every": 2}, 1),
+    ("2", {}, 0.25), (True, {}, 0.25), (250_000_001, {}, 0.25), (float("nan"), {}, 0.25),
+])  # fmt: skip
 def test_what_is_no_number_of_steps(steps: object, unit: dict[str, Any], least: float) -> None:
     said = f"here: must be a number of steps of at least 0, in steps of {least:g}. Got {steps!r}."
     with pytest.raises(InputError, match=f"^{re.escape(said)}$"):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from engines import ready
+from invoked import invoked
 from lxml import etree
 
 from hystfmu.base.arrays import Array
@@ -158,8 +159,7 @@ def test_another_reference_is_noticed(archive: Path, tmp_path: Path) -> None:
             content = old.read(name)
             new.writestr(name, content.replace(b"\n0.02,", b"\n0.02,1") if name == REFERENCE else content)
     assert [x for x in run_ssp(changed, "native").faults if "differs from" in x]
-    result = CliRunner().invoke(main, ["simulate", str(changed), "--engine", "native"])
-    assert result.exit_code == 1
+    result = invoked(["simulate", str(changed), "--engine", "native"], status=1)
     assert "reference.r" in result.output
 
 
@@ -233,16 +233,13 @@ def test_version_2(loop: Any, write: Any, tmp_path: Path, fmi: Any) -> None:
     assert run_ssp(path, "native").passed
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
-        (b'name="plant"', b'name="pl ant"', "a component must have a unique name"),
-        (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "components must not be nested"),
-        (b"1e-04", b"soon", "must be a number"),
-        (b"</ssd:System>", b"", "SystemStructure.ssd: "),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    (b'startConnector="u"', b'startConnector="q"', "names pid.q, which does not exist"),
+    (b'name="plant"', b'name="pl ant"', "a component must have a unique name"),
+    (b"<ssd:Elements>", b"<ssd:Elements><ssd:System name='x'/>", "components must not be nested"),
+    (b"1e-04", b"soon", "must be a number"),
+    (b"</ssd:System>", b"", "SystemStructure.ssd: "),
+])  # fmt: skip
 def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: bytes, new: bytes, message: str) -> None:
     bad = tmp_path / "bad.ssp"
     with zipfile.ZipFile(archive) as source, zipfile.ZipFile(bad, "w") as target:
@@ -253,8 +250,7 @@ def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: b
                 assert old in content
                 content = content.replace(old, new)
             target.writestr(name, content)
-    result = CliRunner().invoke(main, ["simulate", str(bad)])
-    assert result.exit_code == 2
+    result = invoked(["simulate", str(bad)], status=2)
     assert message in result.output
     assert len(result.output.splitlines()) == 1
 
@@ -262,8 +258,7 @@ def test_what_is_not_understood_is_refused(archive: Path, tmp_path: Path, old: b
 @pytest.mark.parametrize("fmi", ["2", "3"])
 def test_the_loop_as_one_fmu(loop: Any, write: Any, tmp_path: Path, fmi: str) -> None:
     folder, out = write(loop), tmp_path / "loop.fmu"
-    result = CliRunner().invoke(main, ["ssp", str(folder), "--fmi", fmi, "-o", str(out)])
-    assert result.exit_code == 0, result.output
+    invoked(["ssp", str(folder), "--fmi", fmi, "-o", str(out)])
     ours = simulate(ready(folder), "native")["plant.y"]
     trace = fmpy.simulate_fmu(
         str(out), stop_time=0.03, step_size=1e-4, output_interval=1e-4, output=["plant_y"], fmi_type="CoSimulation"
@@ -278,21 +273,17 @@ def test_a_loop_that_does_not_reach_its_end_has_no_fmu(loop: Any, write: Any, tm
     loop["order"].append("runaway")
     loop["connections"]["runaway.u"] = "pid.u"
     folder, out = write(loop), tmp_path / "loop.fmu"
-    result = CliRunner().invoke(main, ["ssp", str(folder), "-o", str(out)])
-    assert result.exit_code == 2
+    result = invoked(["ssp", str(folder), "-o", str(out)], status=2)
     (line,) = result.output.splitlines()
     assert "a loop must run to its end for the export: " in line
     assert not out.exists()
 
 
-@pytest.mark.parametrize(
-    ("unit", "change", "said"),
-    [
-        ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
-        ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
-        ("", {"scheme": "iterative"}, "the coupling must not be iterative, which SSP does not support"),
-    ],
-)
+@pytest.mark.parametrize(("unit", "change", "said"), [
+    ("pid", {"every": 2}, "pid must run in every step, because SSP has one step"),
+    ("plant", {"substeps": 2}, "plant must have no substeps and no hold, which SSP does not support"),
+    ("", {"scheme": "iterative"}, "the coupling must not be iterative, which SSP does not support"),
+])  # fmt: skip
 def test_what_no_reader_of_an_ssp_does_is_refused(
     loop: Any, write: Any, tmp_path: Path, unit: str, change: dict[str, Any], said: str
 ) -> None:

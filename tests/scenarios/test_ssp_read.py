@@ -10,9 +10,8 @@ import pytest
 from drawn_unit import Variable, drawn_fmu
 from engines import ready
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.ssp.container import joined
 from hystfmu.scenario.ssp.measures import SSC
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp, run_ssp
@@ -191,79 +190,76 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
 
 
 # ---- what is not ---------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"step": None}, "states no step: give it with --step SECONDS"),
-        ({"rest": ""}, "states no stop time: give it with --stop SECONDS"),
-        ({"rest": '<d:DefaultExperiment stopTime="x"/>'}, "stopTime: must be a number; got 'x'"),
-        ({"rest": '<d:DefaultExperiment stopTime="inf"/>'}, "stopTime: must be a number; got 'inf'"),
-        ({"step": None, "rest": note(order="a b")}, "step: must be a number; got None"),
-        ({"step": 2.0}, "the step must be greater than 0 and not above the stop time; got 2, 1"),
-        ({"step": 0.0}, "the step must be greater than 0 and not above the stop time; got 0, 1"),
-        ({"rest": note(order="a")}, "order: must name every component once; got a"),
-        ({"rest": note(order="a b", scheme="x")}, "scheme: must be gauss_seidel, jacobi or iterative; got 'x'"),
-        ({"elements": "", "wires": ""}, "has no components"),
-        ({"elements": '<d:System name="n"/>'}, "n: System is not supported: components must not be nested"),
-        ({"elements": component("a") * 2}, "a component must have a unique name of letters, digits and _; got 'a'"),
-        ({"elements": component("1a")}, "a component must have a unique name of letters, digits and _; got '1a'"),
-        ({"elements": component("a", type="application/x-ssp")}, "a: must be an FMU; got the type 'application/x-ssp'"),
-        (
-            {"elements": component("a", values(value("p", "1", "Binary")))},
-            "ParameterValues: p: a value of type Binary is not read",
-        ),
-        (
-            {"elements": component("a", values(value("p", "yes", "Boolean")))},
-            "ParameterValues: p: must be true or false; got 'yes'",
-        ),
-        ({"elements": component("a", values(value("p", "z")))}, "ParameterValues: p: must be a number; got 'z'"),
-        ({"wires": wire("a.y", "c.u")}, "a connection names c.u, which does not exist"),
-        ({"wires": wire("a.z", "b.u")}, "a connection names a.z, which does not exist"),
-        (
-            {"wires": wire("a.y", "b.u", "<d:LinearTransformation/>")},
-            "connection of a.y: transformations are not supported",
-        ),
-        (
-            {
-                "shared": "<d:ParameterBindings><d:ParameterBinding><d:ParameterMapping/></d:ParameterBinding>"
-                "</d:ParameterBindings>"
-            },
-            "parameter mappings (SSM) are not supported",
-        ),
-        ({"wires": BOTH + wire("b.y", "b.u")}, "b.u is connected twice, with a.y and with b.y"),
-        ({"elements": component("a", source="../s.ssp")}, "a: source: must be a file of the archive; got '../s.ssp'"),
-        ({"elements": component("a", source="a%20b")}, "a: source: must be a file of the archive; got 'a%20b'"),
-        ({"elements": component("a", source=LONG)}, f"a: source: must be a file of the archive; got '{LONG}'"),
-        ({"shared": bound('source="%00"')}, "%00: embedded null byte"),
-        ({"elements": component("a", implementation="ScheduledExecution")}, "a: Scheduled Execution is not supported"),
-        (
-            {"shared": bound('type="text/csv" source="a.csv"')},
-            "a parameter binding must have the type application/x-ssp-parameter-set; got 'text/csv'",
-        ),
-        ({"shared": bound('source="a.ssv" sourceBase="component"')}, "a.ssv: sourceBase must be SSD; got 'component'"),
-        (
-            {"shared": bound('source="a.ssv"'), "files": {"a.ssv": "<ParameterSet/>"}},
-            "a.ssv: must begin with ParameterSet; got ParameterSet",
-        ),
-        (
-            {
-                "shared": '<d:Connectors><d:Connector name="k" kind="parameter"/></d:Connectors>'
-                + values(value("k", "1"))
-            },
-            "k: a connector of the system cannot have a value: give it to a component",
-        ),
-        (
-            {"wires": '<d:Connection startConnector="o" endConnector="i"/>'},
-            "connection of o with i: two connectors of the system must not be connected",
-        ),
-        ({"stop": 1e300}, "4e+300 steps of 0.25 s; at most 100000000 can run"),
-        ({"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'}, "startTime: must be 0; got 0.5"),
-        (
-            {"shared": '<d:ParameterBindings><d:ParameterBinding source="../../x"/></d:ParameterBindings>'},
-            "'../../x' lies outside the archive",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("change", "said"), [
+    ({"step": None}, "states no step: give it with --step SECONDS"),
+    ({"rest": ""}, "states no stop time: give it with --stop SECONDS"),
+    ({"rest": '<d:DefaultExperiment stopTime="x"/>'}, "stopTime: must be a number; got 'x'"),
+    ({"rest": '<d:DefaultExperiment stopTime="inf"/>'}, "stopTime: must be a number; got 'inf'"),
+    ({"step": None, "rest": note(order="a b")}, "step: must be a number; got None"),
+    ({"step": 2.0}, "the step must be greater than 0 and not above the stop time; got 2, 1"),
+    ({"step": 0.0}, "the step must be greater than 0 and not above the stop time; got 0, 1"),
+    ({"rest": note(order="a")}, "order: must name every component once; got a"),
+    ({"rest": note(order="a b", scheme="x")}, "scheme: must be gauss_seidel, jacobi or iterative; got 'x'"),
+    ({"elements": "", "wires": ""}, "has no components"),
+    ({"elements": '<d:System name="n"/>'}, "n: System is not supported: components must not be nested"),
+    ({"elements": component("a") * 2}, "a component must have a unique name of letters, digits and _; got 'a'"),
+    ({"elements": component("1a")}, "a component must have a unique name of letters, digits and _; got '1a'"),
+    ({"elements": component("a", type="application/x-ssp")}, "a: must be an FMU; got the type 'application/x-ssp'"),
+    (
+        {"elements": component("a", values(value("p", "1", "Binary")))},
+        "ParameterValues: p: a value of type Binary is not read",
+    ),
+    (
+        {"elements": component("a", values(value("p", "yes", "Boolean")))},
+        "ParameterValues: p: must be true or false; got 'yes'",
+    ),
+    ({"elements": component("a", values(value("p", "z")))}, "ParameterValues: p: must be a number; got 'z'"),
+    ({"wires": wire("a.y", "c.u")}, "a connection names c.u, which does not exist"),
+    ({"wires": wire("a.z", "b.u")}, "a connection names a.z, which does not exist"),
+    (
+        {"wires": wire("a.y", "b.u", "<d:LinearTransformation/>")},
+        "connection of a.y: transformations are not supported",
+    ),
+    (
+        {
+            "shared": "<d:ParameterBindings><d:ParameterBinding><d:ParameterMapping/></d:ParameterBinding>"
+            "</d:ParameterBindings>"
+        },
+        "parameter mappings (SSM) are not supported",
+    ),
+    ({"wires": BOTH + wire("b.y", "b.u")}, "b.u is connected twice, with a.y and with b.y"),
+    ({"elements": component("a", source="../s.ssp")}, "a: source: must be a file of the archive; got '../s.ssp'"),
+    ({"elements": component("a", source="a%20b")}, "a: source: must be a file of the archive; got 'a%20b'"),
+    ({"elements": component("a", source=LONG)}, f"a: source: must be a file of the archive; got '{LONG}'"),
+    ({"shared": bound('source="%00"')}, "%00: embedded null byte"),
+    ({"elements": component("a", implementation="ScheduledExecution")}, "a: Scheduled Execution is not supported"),
+    (
+        {"shared": bound('type="text/csv" source="a.csv"')},
+        "a parameter binding must have the type application/x-ssp-parameter-set; got 'text/csv'",
+    ),
+    ({"shared": bound('source="a.ssv" sourceBase="component"')}, "a.ssv: sourceBase must be SSD; got 'component'"),
+    (
+        {"shared": bound('source="a.ssv"'), "files": {"a.ssv": "<ParameterSet/>"}},
+        "a.ssv: must begin with ParameterSet; got ParameterSet",
+    ),
+    (
+        {
+            "shared": '<d:Connectors><d:Connector name="k" kind="parameter"/></d:Connectors>'
+            + values(value("k", "1"))
+        },
+        "k: a connector of the system cannot have a value: give it to a component",
+    ),
+    (
+        {"wires": '<d:Connection startConnector="o" endConnector="i"/>'},
+        "connection of o with i: two connectors of the system must not be connected",
+    ),
+    ({"stop": 1e300}, "4e+300 steps of 0.25 s; at most 100000000 can run"),
+    ({"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'}, "startTime: must be 0; got 0.5"),
+    (
+        {"shared": '<d:ParameterBindings><d:ParameterBinding source="../../x"/></d:ParameterBindings>'},
+        "'../../x' lies outside the archive",
+    ),
+])  # fmt: skip
 def test_what_is_not_understood_is_refused_by_name(tmp_path: Path, change: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError) as e:
         read(tmp_path, **change)
@@ -301,14 +297,11 @@ def test_entities(tmp_path: Path) -> None:
         read_ssp(path, 0.1)
 
 
-@pytest.mark.parametrize(
-    ("one", "other", "more", "good"),
-    [
-        ("V", "mV", "", False), ("V", "m", "", False), ("V", "what", "", False), ("K", "degC", "", False),
-        ("V", "mV", 'suppressUnitConversion="true"', True), ("V", "J/C", "", True), ("V", "1", "", True),
-        ("V", "", "", True),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("one", "other", "more", "good"), [
+    ("V", "mV", "", False), ("V", "m", "", False), ("V", "what", "", False), ("K", "degC", "", False),
+    ("V", "mV", 'suppressUnitConversion="true"', True), ("V", "J/C", "", True), ("V", "1", "", True),
+    ("V", "", "", True),
+])  # fmt: skip
 def test_a_connection_that_converts_units_of_measure(
     tmp_path: Path, one: str, other: str, more: str, good: bool
 ) -> None:

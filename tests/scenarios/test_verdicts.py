@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from engines import ready
+from invoked import invoked
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
@@ -166,18 +167,15 @@ def test_a_new_metric_or_case_needs_a_new_baseline(loop: Any, write: Any) -> Non
     assert run(folder).failures() == ["loop/nominal: no baseline: run with --record"]
 
 
-@pytest.mark.parametrize(
-    ("file", "text", "words"),
-    [
-        ("baseline.toml", "case = 1\n", ["baseline.toml", "case"]),
-        ("baseline.csv", "", ["baseline.csv", "empty"]),
-        ("baseline.csv", "a,b\nnominal,0,x,1\n", ["baseline.csv", "line 1"]),
-        ("baseline.csv", "case,t\r,u\n", ["baseline.csv", "first line"]),
-        ("baseline.csv", "case,t,u\nnominal,0,nan\n", ["baseline.csv", "line 2", "2 numbers"]),
-        ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,x,1\n", ["baseline.csv", "line 2", "'x'"]),
-        ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,1\n", ["baseline.csv", "line 2", "3 numbers"]),
-    ],
-)
+@pytest.mark.parametrize(("file", "text", "words"), [
+    ("baseline.toml", "case = 1\n", ["baseline.toml", "case"]),
+    ("baseline.csv", "", ["baseline.csv", "empty"]),
+    ("baseline.csv", "a,b\nnominal,0,x,1\n", ["baseline.csv", "line 1"]),
+    ("baseline.csv", "case,t\r,u\n", ["baseline.csv", "first line"]),
+    ("baseline.csv", "case,t,u\nnominal,0,nan\n", ["baseline.csv", "line 2", "2 numbers"]),
+    ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,x,1\n", ["baseline.csv", "line 2", "'x'"]),
+    ("baseline.csv", "case,t,reference.r,plant.y\nnominal,0,1\n", ["baseline.csv", "line 2", "3 numbers"]),
+])  # fmt: skip
 def test_a_damaged_baseline_is_bad_input(loop: Any, write: Any, file: str, text: str, words: list[str]) -> None:
     folder = write(loop)
     run(folder, record=True)
@@ -389,8 +387,7 @@ def test_a_record_says_what_it_changes_and_asks(loop: Any, write: Any) -> None:
 
 def test_the_command_shows_the_change_and_writes_in_a_pipe(loop: Any, write: Any) -> None:
     folder = write(loop)
-    done = CliRunner().invoke(main, ["run", str(folder), "--engine", "native", "--record"])
-    assert done.exit_code == 0, done.output
+    done = invoked(["run", str(folder), "--engine", "native", "--record"])
     assert "loop/nominal" in done.output
     assert "tracking" in done.output
     assert (folder / "baseline.toml").exists()

@@ -53,6 +53,7 @@ def ranges(*tail: hy.Node, modes: int = 0) -> dict[str, dict[str, object]]:
     return drawn(found)
 
 
+@pytest.mark.turn("a drawn device")
 def test_one_mode_by_frequency_damping_and_gain() -> None:
     found = ranges(modes=1)
     assert set(found) == {"plant.dynamics", "plant.h_r"}
@@ -64,7 +65,7 @@ def test_one_mode_by_frequency_damping_and_gain() -> None:
     assert found["plant.h_r"] == {"scale": [0.9, 1.1]}
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a drawn device")
 def test_a_static_model_by_the_gain_of_its_output() -> None:
     assert ranges(hy.Node("out", "scaling", values={"gain": 2.0})) == {
         "plant.out_gain": {"scale": [0.8, 1.2]}, "plant.h_r": {"scale": [0.9, 1.1]}
@@ -72,6 +73,7 @@ def test_a_static_model_by_the_gain_of_its_output() -> None:
     assert set(ranges()) == {"plant.h_r"}
 
 
+@pytest.mark.turn("a drawn device")
 def test_two_modes_are_not_drawn() -> None:
     assert set(ranges(modes=2)) == {"plant.h_r"}
 
@@ -92,6 +94,7 @@ def truth(u: Array, w: float, zeta: float, late: int) -> Array:
     return np.array(y)
 
 
+@pytest.mark.turn("a drawn device")
 def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
     rng = np.random.default_rng()
     f, zeta, late = rng.uniform(60, 250), rng.uniform(0.02, 0.9), int(rng.integers(0, 8))
@@ -106,15 +109,12 @@ def test_the_plant_of_the_loop_is_the_device_behind_a_converter() -> None:
     assert y == pytest.approx(truth(command, 2 * np.pi * f, zeta, late), abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("modes", "bent", "words"),
-    [
-        (0, False, "the record shows no resonance up to 100 Hz, and gives no information above"),
-        (0, True, "the record shows no resonance up to 30 Hz, and determines no mode above, where its response is not"),
-        (1, False, "the record gives no information about the device above 100 Hz, except for its modes at 300 Hz"),
-        (1, True, "above 30 Hz the modes that the record determines do not describe its response"),
-    ],
-)
+@pytest.mark.parametrize(("modes", "bent", "words"), [
+    (0, False, "the record shows no resonance up to 100 Hz, and gives no information above"),
+    (0, True, "the record shows no resonance up to 30 Hz, and determines no mode above, where its response is not"),
+    (1, False, "the record gives no information about the device above 100 Hz, except for its modes at 300 Hz"),
+    (1, True, "above 30 Hz the modes that the record determines do not describe its response"),
+])  # fmt: skip
 def test_a_note_names_modes_only_if_the_record_determines_one(modes: int, bent: bool, words: str) -> None:
     f, none = np.linspace(1, 100, 100), np.zeros(100)
     gain = np.abs(Plant((300.0,), (0.1,), (1.0,)).response(np.exp(2j * np.pi * f * 1e-6), 1e-6)) if modes else 1 + none

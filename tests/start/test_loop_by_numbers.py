@@ -59,13 +59,10 @@ def test_levels_of_a_reference_with_jumps(found: Device, shape: str, levels: lis
     assert (made.amplitude, made.offset) == pytest.approx(((ends[0] - ends[1]) / 2, middle + (ends[0] + ends[1]) / 2))
 
 
-@pytest.mark.parametrize(
-    ("shape", "frequency", "after", "stop"),
-    [
-        ("sine", 0.0, 0.4, 0.8), ("triangle", 0.0, 0.4, 0.8), ("nested", 0.0, 0.4, 0.8), ("sine", 10.0, 5.0, 5.2),
-        ("triangle", 8.0, 6.25, 6.5), ("nested", 8.0, 0.25, 0.5),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("shape", "frequency", "after", "stop"), [
+    ("sine", 0.0, 0.4, 0.8), ("triangle", 0.0, 0.4, 0.8), ("nested", 0.0, 0.4, 0.8), ("sine", 10.0, 5.0, 5.2),
+    ("triangle", 8.0, 6.25, 6.5), ("nested", 8.0, 0.25, 0.5),
+])  # fmt: skip
 def test_periods_of_a_reference(found: Device, shape: str, frequency: float, after: float, stop: float) -> None:
     made = tried(found, shape, frequency)
     assert (made.after, made.stop, made.jumps) == (pytest.approx(after), pytest.approx(stop), False)
@@ -174,19 +171,16 @@ def test_tones_of_the_model_error_stand_for_their_bands() -> None:
     assert np.asarray(Misfit(0 * power, Plant(), H).tones(10.0, 3).node.values["a"]).tolist() == [0.0]
 
 
-@pytest.mark.parametrize(
-    ("fit", "noise", "said"),
-    [
-        ({"rms_percent": 5.0}, 0.0, ""),
-        ({"rms_percent": 5.1}, 0.0, "m does not follow the record (an error of 5.1 % of the span, the noise is 0 %)"),
-        ({"validation_percent": 5.1}, 2.0, ""),  # without the noise it is 4.7 %
-        ({"held_out_rms_percent": 5.5, "rms_percent": 1.0}, 2.0, "m does not follow the record"),
-        ({"rms_percent": 0.3, "warnings": ["a.b and c.d are at a bound"]}, 0.05, "the fit ended at a bound of"),
-        ({"rms_percent": 0.3, "warnings": ["a.b and c.d are at a bound"]}, 0.06, ""),
-        ({"rms_percent": 0.2, "warnings": ["a.b and c.d are at a bound"]}, 0.0, ""),
-        ({"rms_percent": 3.0}, 0.0, ""),
-    ],
-)
+@pytest.mark.parametrize(("fit", "noise", "said"), [
+    ({"rms_percent": 5.0}, 0.0, ""),
+    ({"rms_percent": 5.1}, 0.0, "m does not follow the record (an error of 5.1 % of the span, the noise is 0 %)"),
+    ({"validation_percent": 5.1}, 2.0, ""),  # without the noise it is 4.7 %
+    ({"held_out_rms_percent": 5.5, "rms_percent": 1.0}, 2.0, "m does not follow the record"),
+    ({"rms_percent": 0.3, "warnings": ["a.b and c.d are at a bound"]}, 0.05, "the fit ended at a bound of"),
+    ({"rms_percent": 0.3, "warnings": ["a.b and c.d are at a bound"]}, 0.06, ""),
+    ({"rms_percent": 0.2, "warnings": ["a.b and c.d are at a bound"]}, 0.0, ""),
+    ({"rms_percent": 3.0}, 0.0, ""),
+])  # fmt: skip
 def test_what_a_model_must_reproduce(fit: Any, noise: float, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(promise, "at_bounds", lambda warnings: ["a.b", "c.d"] if warnings else [])
     model: Any = SimpleNamespace(fit=fit, key="m")
@@ -194,17 +188,14 @@ def test_what_a_model_must_reproduce(fit: Any, noise: float, said: str, monkeypa
     assert told.startswith(said) if said else told == ""
 
 
-@pytest.mark.parametrize(
-    ("turns", "warned", "fault", "f_n", "band", "said"),
-    [
-        (20, "", "", (100.0,), 25.0, ""),
-        (19, "", "", (100.0,), 25.0, "the record does not show the memory of the hysteresis"),
-        (20, "not informative", "", (100.0,), 25.0, "the record does not show the memory of the hysteresis"),
-        (20, "", "poor", (), 25.0, "poor"),
-        (20, "", "", (), 25.0, "the record does not show the dynamics of the device"),
-        (20, "", "", (100.0,), 24.9, "the reference is faster than the record shows (24.9 Hz)"),
-    ],
-)
+@pytest.mark.parametrize(("turns", "warned", "fault", "f_n", "band", "said"), [
+    (20, "", "", (100.0,), 25.0, ""),
+    (19, "", "", (100.0,), 25.0, "the record does not show the memory of the hysteresis"),
+    (20, "not informative", "", (100.0,), 25.0, "the record does not show the memory of the hysteresis"),
+    (20, "", "poor", (), 25.0, "poor"),
+    (20, "", "", (), 25.0, "the record does not show the dynamics of the device"),
+    (20, "", "", (100.0,), 24.9, "the reference is faster than the record shows (24.9 Hz)"),
+])  # fmt: skip
 def test_why_an_error_is_not_known(turns: int, warned: str, fault: str, f_n: Any, band: float, said: str) -> None:
     u = np.concatenate(
         [np.tile([0.0, 1.0], 20)[: turns + 1], [0.5], np.tile([0.5, 0.545], 9)]

@@ -113,20 +113,18 @@ def test_requirements_stand_in_a_file_too(record: Path, tmp_path: Path) -> None:
     assert [r["frequency"] for r in told["verdict"]["references"]] == [20.0]
 
 
-@pytest.mark.parametrize(
-    ("words", "rule"),
-    [
-        (["--controller", "pd"], "The 'controller' must be one of"),
-        (["--reference", "square"], "The reference must be one of"),
-        (["--reference", "sine:-3"], "frequency of the reference must be a float in (0, inf)"),
-        (["--reference", "sine:3000"], "must have at least 20 steps"),
-        (["--resonance", "0"], "The resonance must be HZ or HZ,ZETA"),
-        (["--amplifier", "speed=3"], "The key of the amplifier must be one of"),
-        (["--amplifier", "current=0.1"], "must come with the 'capacitance'"),
-        (["--bandwidth", "-1"], "The 'bandwidth' must be a float in (0, inf]"),
-        (["--delay", "-1"], "The 'delay' must be an int in [0, 1000] steps"),
-    ],
-)
+@pytest.mark.parametrize(("words", "rule"), [
+    (["--set", "N=0"], "The option 'N' must be an int in [1, 100000]"),
+    (["--controller", "pd"], "The 'controller' must be one of"),
+    (["--reference", "square"], "The reference must be one of"),
+    (["--reference", "sine:-3"], "frequency of the reference must be a float in (0, inf)"),
+    (["--reference", "sine:3000"], "must have at least 20 steps"),
+    (["--resonance", "0"], "The resonance must be HZ or HZ,ZETA"),
+    (["--amplifier", "speed=3"], "The key of the amplifier must be one of"),
+    (["--amplifier", "current=0.1"], "must come with the 'capacitance'"),
+    (["--bandwidth", "-1"], "The 'bandwidth' must be a float in (0, inf]"),
+    (["--delay", "-1"], "The 'delay' must be an int in [0, 1000] steps"),
+])  # fmt: skip
 def test_a_bad_requirement_is_one_line(record: Path, words: list[str], rule: str) -> None:
     status, out, err = call("start", record, "--model", "prandtl_ishlinskii", "-o", record.parent / "mine", *words)
     line = [line for line in (out + err).splitlines() if rule in line]
@@ -139,4 +137,5 @@ def test_a_bad_reference_in_a_file_is_one_line(record: Path, tmp_path: Path) -> 
     words = ["--requirements", tmp_path / "asked.toml", "-o", tmp_path / "mine"]
     status, _, err = call("start", record, "--model", "prandtl_ishlinskii", *words)
     assert (status, err.count("\n")) == (2, 1)
-    assert "The 'reference' must be SHAPE, SHAPE:HZ or a file, or a list of these. Got ['sine:20', 3]" in err
+    rule = "The 'reference' must be SHAPE, SHAPE:HZ or a file, or a list of these. Got ['sine:20', 3]"
+    assert f"{tmp_path / 'asked.toml'}: {rule}" in err

@@ -382,14 +382,11 @@ def test_many_mutated_files(
         )
 
 
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [
-        ("data.csv", b"t,u\r,y\n0,1,2\n1,2,3\n"), ("m.model.toml", b"a = " + b"[" * 5000),
-        ("m.model.toml", b"a = " + b"9" * 5000), ("m.model.toml", b"a = \xff"), ("baseline.csv", b"case,t,u\rv\n"),
-        ("baseline.csv", b"case,t,u\na,0,\xff\n"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "content"), [
+    ("data.csv", b"t,u\r,y\n0,1,2\n1,2,3\n"), ("m.model.toml", b"a = " + b"[" * 5000),
+    ("m.model.toml", b"a = " + b"9" * 5000), ("m.model.toml", b"a = \xff"), ("baseline.csv", b"case,t,u\rv\n"),
+    ("baseline.csv", b"case,t,u\na,0,\xff\n"),
+])  # fmt: skip
 def test_findings_of_the_stress_test(name: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / "baseline.toml").write_text("")
     (tmp_path / name).write_bytes(content)

@@ -119,6 +119,7 @@ def test_a_million_steps_of_every_graph_hold_no_memory(
         print(f"\n1e6 steps of {len(graphs())} graphs in both standards: memory in use is constant")
 
 
+@pytest.mark.turn("a decimal comma")
 def test_rounding_mode_and_locale_are_unchanged(build: Build, models: Path, tmp_path: Path) -> None:
     """Use a locale with a decimal comma if available; messages keep the decimal point."""
     made = tmp_path / "de_DE.UTF-8"

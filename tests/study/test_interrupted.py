@@ -263,15 +263,12 @@ def test_the_fingerprint_of_a_case_changes_with_what_its_results_depend_on(write
     assert task.fingerprint(replace(one, case=replace(case, metrics=m))) != task.fingerprint(one)
 
 
-@pytest.mark.parametrize(
-    ("status", "limits", "retry", "final"),
-    [
-        ("ok", None, True, True), ("timeout", (1.0, 9.0), False, False), ("timeout", (2.0, 1.0), False, True),
-        ("timeout", (3.0, 1.0), False, True), ("memory", (9.0, 1.0), False, False), ("memory", (1.0, 4.0), False, True),
-        ("killed", (9.0, 1.0), False, False), ("refused", (0.1, 0.1), False, True),
-        ("refused", (9.0, 9.0), True, False), ("timeout", None, False, True),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("status", "limits", "retry", "final"), [
+    ("ok", None, True, True), ("timeout", (1.0, 9.0), False, False), ("timeout", (2.0, 1.0), False, True),
+    ("timeout", (3.0, 1.0), False, True), ("memory", (9.0, 1.0), False, False), ("memory", (1.0, 4.0), False, True),
+    ("killed", (9.0, 1.0), False, False), ("refused", (0.1, 0.1), False, True),
+    ("refused", (9.0, 9.0), True, False), ("timeout", None, False, True),
+])  # fmt: skip
 def test_what_failed_at_a_limit_runs_again_under_a_higher_one(
     status: str, limits: Any, retry: bool, final: bool
 ) -> None:

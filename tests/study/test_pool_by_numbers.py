@@ -95,13 +95,10 @@ def test_the_share_of_a_worker_doubles_as_long_as_it_takes_twenty_milliseconds(c
     assert (w.answered, len(w.tasks)) == (193, 7)
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"?", b"{}", b"3", b'["ok"]', b'[["ok", "", 1]]', b'[["ok", "", {"m": "x"}]]',
-        b'[["ok", "", {}]' + 2 * b', ["ok", "", {}]' + b"]",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("content", [
+    b"?", b"{}", b"3", b'["ok"]', b'[["ok", "", 1]]', b'[["ok", "", {"m": "x"}]]',
+    b'[["ok", "", {}]' + 2 * b', ["ok", "", {}]' + b"]",
+])  # fmt: skip
 def test_an_invalid_answer_ends_a_worker(content: bytes) -> None:
     w = worker(2)
     w.pipe = SimpleNamespace(recv_bytes=lambda size: content)

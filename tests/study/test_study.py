@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from click.testing import CliRunner
+from invoked import invoked
 from scipy.stats import qmc, spearmanr
 
 import hystfmu as hy
 from hystfmu.base.errors import InputError
-from hystfmu.cli import main
 from hystfmu.studies import task
 from hystfmu.studies.report import sensitivity
 from hystfmu.studies.spec import Study
@@ -100,15 +99,12 @@ def test_a_repeated_variation_runs_once(write: Any, tmp_path: Path) -> None:
     assert hy.study(path, tmp_path / "out", workers=1).ran == 0
 
 
-@pytest.mark.parametrize(
-    ("method", "points"),
-    [
-        ("random", lambda: np.random.default_rng(7).random((12, 2))),
-        ("sobol", lambda: qmc.Sobol(2, seed=7).random(16)[:12]),
-        ("latin_hypercube", lambda: qmc.LatinHypercube(2, seed=7).random(12)),
-        ("grid", lambda: np.array(list(itertools.product([0, 1], [0])))),
-    ],
-)
+@pytest.mark.parametrize(("method", "points"), [
+    ("random", lambda: np.random.default_rng(7).random((12, 2))),
+    ("sobol", lambda: qmc.Sobol(2, seed=7).random(16)[:12]),
+    ("latin_hypercube", lambda: qmc.LatinHypercube(2, seed=7).random(12)),
+    ("grid", lambda: np.array(list(itertools.product([0, 1], [0])))),
+])  # fmt: skip
 def test_the_variations_of_a_method(write: Any, method: str, points: Any) -> None:
     parameters = {"command.step": {"range": [1.0, 4.0], "steps": 2}, "lag.b": {"scale": [0.5, 2.0], "steps": 1}}
     made = sampler(Study(write(method=method, n=12, seed=7, parameters=parameters)))
@@ -218,25 +214,21 @@ def test_sensitivity_is_spearmans() -> None:
     assert sensitivity(np.ones((5, 1)), y[:5])[0].tolist() == [0.0, 0.0]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"cases": ["two"]}, "no case 'two'; there are one, half"),
-        ({"method": "optuna"}, "objective: must be given for the method 'optuna' only"),
-        ({"parameters": {"lag": {"range": [0, 1]}}}, "must read 'unit.variable'"),
-        ({"parameters": {"lag": {"second_order": {"gain": [1, 1], "f_n": [1, 2], "zeta": [1, 2]}}}}, "gain must rise"),
-        ({"limits": {"two": {}}}, "no case 'two'; there are one, half"),
-        ({"limits": {"one": {"Ms_db": 6.0}}}, "limits.one: no metric 'Ms_db'; there are last, peak"),
-        ({"extends": "study.toml"}, "extends: at most 8 files may extend each other"),
-        ({"extends": "/etc/study.toml"}, "must be a path relative to the scenario"),
-        ({"method": "optuna", "objective": {"metric": "last", "targets": {"two": 1.0}}}, "targets: no case 'two'"),
-        ({"method": "optuna", "objective": {"metric": "worst"}}, "no metric 'worst'; there are last, peak"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    ({"cases": ["two"]}, "no case 'two'; there are one, half"),
+    ({"method": "optuna"}, "objective: must be given for the method 'optuna' only"),
+    ({"parameters": {"lag": {"range": [0, 1]}}}, "must read 'unit.variable'"),
+    ({"parameters": {"lag": {"second_order": {"gain": [1, 1], "f_n": [1, 2], "zeta": [1, 2]}}}}, "gain must rise"),
+    ({"limits": {"two": {}}}, "no case 'two'; there are one, half"),
+    ({"limits": {"one": {"Ms_db": 6.0}}}, "limits.one: no metric 'Ms_db'; there are last, peak"),
+    ({"extends": "study.toml"}, "extends: at most 8 files may extend each other"),
+    ({"extends": "/etc/study.toml"}, "must be a path relative to the scenario"),
+    ({"method": "optuna", "objective": {"metric": "last", "targets": {"two": 1.0}}}, "targets: no case 'two'"),
+    ({"method": "optuna", "objective": {"metric": "worst"}}, "no metric 'worst'; there are last, peak"),
+])  # fmt: skip
 def test_bad_studies_are_one_line(write: Any, tmp_path: Path, change: dict[str, Any], message: str) -> None:
     path = write(**change)
-    result = CliRunner().invoke(main, ["study", str(path), "-o", str(tmp_path / "out")])
-    assert result.exit_code == 2
+    result = invoked(["study", str(path), "-o", str(tmp_path / "out")], status=2)
     assert message in result.output
     assert len(result.output.splitlines()) == 1
     assert not (tmp_path / "out").exists()
@@ -270,7 +262,6 @@ def test_the_folder_of_another_study_is_refused(write: Any, tmp_path: Path) -> N
 
 
 def test_the_command_line_prints_the_outcome(write: Any, tmp_path: Path) -> None:
-    result = CliRunner().invoke(main, ["study", str(write()), "-o", str(tmp_path / "out"), "-j", "1", "--json"])
-    assert result.exit_code == 0
+    result = invoked(["study", str(write()), "-o", str(tmp_path / "out"), "-j", "1", "--json"])
     facts = json.loads(result.output)
     assert (facts["rows"], facts["ran"], facts["failed"]) == (24, 24, 0)

@@ -308,15 +308,12 @@ def limited(limits=None, method="random"):
 
 
 # ---- ratios to limits -----------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("metrics", "limits", "ratio"),
-    [
-        ({"m": 3.0}, {"m": 2.0}, 1.5), ({"m": 3.0, "n": 8.0}, {"m": 2.0, "n": 2.0}, 4.0),
-        ({"m": math.nan}, {"m": 2.0}, math.inf), ({"m": -1.0}, {"m": 0.0}, 1.0), ({"m": 0.0}, {"m": 0.0}, 1.0),
-        ({"m": 1e-9}, {"m": 0.0}, math.inf), ({"m": -3.0}, {"m": -2.0}, 1.0), ({"m": -1.0}, {"m": -2.0}, math.inf),
-        ({"m": 7.0, "n": 9.0}, {}, 7.0),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("metrics", "limits", "ratio"), [
+    ({"m": 3.0}, {"m": 2.0}, 1.5), ({"m": 3.0, "n": 8.0}, {"m": 2.0, "n": 2.0}, 4.0),
+    ({"m": math.nan}, {"m": 2.0}, math.inf), ({"m": -1.0}, {"m": 0.0}, 1.0), ({"m": 0.0}, {"m": 0.0}, 1.0),
+    ({"m": 1e-9}, {"m": 0.0}, math.inf), ({"m": -3.0}, {"m": -2.0}, 1.0), ({"m": -1.0}, {"m": -2.0}, math.inf),
+    ({"m": 7.0, "n": 9.0}, {}, 7.0),
+])  # fmt: skip
 def test_the_largest_ratio_of_a_metric_to_its_limit(metrics, limits, ratio):
     assert summary.excess(outcome(**metrics), limits) == ratio
     assert summary.excess(outcome(status="timeout", **metrics), limits) == math.inf
@@ -328,27 +325,24 @@ def test_the_worst_rows_of_a_case_come_first():
     assert [r["variation"] for r in summary.worst_rows(rows, "a", {"m": 1.0})] == [3, 2, 4, 0]
 
 
-@pytest.mark.parametrize(
-    ("status", "metrics", "limits", "unstable"),
-    [
-        ("stopped", {}, {}, True),
-        ("timeout", {}, {}, False),
-        ("ok", {"r": 25.0, "x": 50.0, "radius": 0.999}, {}, False),
-        ("ok", {"r": 25.1}, {}, True),
-        ("ok", {"x": 50.1}, {}, True),
-        ("ok", {"r": math.nan}, {}, True),
-        ("ok", {"radius": 1.0}, {}, True),
-        ("ok", {"radius": math.nan}, {}, True),
-        ("ok", {"other": 99.0}, {}, False),
-        ("ok", {}, {}, False),
-        ("ok", {"r": 83.0, "x": 100.0}, {"r": 90.0}, False),  # a jump
-        ("ok", {"r": 91.0, "x": 100.0}, {"r": 90.0}, True),
-        ("ok", {"r": 20.0, "x": 51.0}, {"r": 10.0}, True),
-        ("ok", {"r": math.nan}, {"r": 90.0}, True),
-        ("ok", {"r": 30.0}, {"other": 1.0}, True),  # no limit of an error
-        ("ok", {"r": 30.0, "radius": 1.0}, {"r": 90.0}, True),
-    ],
-)
+@pytest.mark.parametrize(("status", "metrics", "limits", "unstable"), [
+    ("stopped", {}, {}, True),
+    ("timeout", {}, {}, False),
+    ("ok", {"r": 25.0, "x": 50.0, "radius": 0.999}, {}, False),
+    ("ok", {"r": 25.1}, {}, True),
+    ("ok", {"x": 50.1}, {}, True),
+    ("ok", {"r": math.nan}, {}, True),
+    ("ok", {"radius": 1.0}, {}, True),
+    ("ok", {"radius": math.nan}, {}, True),
+    ("ok", {"other": 99.0}, {}, False),
+    ("ok", {}, {}, False),
+    ("ok", {"r": 83.0, "x": 100.0}, {"r": 90.0}, False),  # a jump
+    ("ok", {"r": 91.0, "x": 100.0}, {"r": 90.0}, True),
+    ("ok", {"r": 20.0, "x": 51.0}, {"r": 10.0}, True),
+    ("ok", {"r": math.nan}, {"r": 90.0}, True),
+    ("ok", {"r": 30.0}, {"other": 1.0}, True),  # no limit of an error
+    ("ok", {"r": 30.0, "radius": 1.0}, {"r": 90.0}, True),
+])  # fmt: skip
 def test_a_lost_reference_or_a_pole_outside_is_unstable(status, metrics, limits, unstable):
     of = system(r="rms_percent", x="max_percent", other="peak")
     assert summary.is_unstable(of, outcome(status=status, **metrics), limits) is unstable
@@ -384,25 +378,24 @@ def test_the_spread_of_a_metric():
     m, n = summary._spreads("a", {}, rows)
     assert (m.worst, m.percentiles[3], m.limit, m.within) == (math.inf, math.inf, None, None)
     assert n.percentiles == (math.inf,) * 4
+    none_ran = summary._spreads("a", {"m": 49.0}, [outcome(0, "a", "refused")])
+    assert none_ran == [Spread("a", "m", (math.inf,) * 4, math.inf, 49.0, 0.0)]
 
 
 LIMITED = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, 3.0, 0.6),)
 FREE = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, None, None),)
 
 
-@pytest.mark.parametrize(
-    ("told", "sentence"),
-    [
-        (Summary(8, 2, 0, 0, None, FREE, ()), "8 variations without limits; none is unstable."),
-        (Summary(8, 2, 1, 3, None, FREE, ()), "8 variations without limits; 1 is unstable; 3 could not be run."),
-        (Summary(8, 2, 2, 0, None, LIMITED, ()), "2 of 8 variations are inside the limits (25 %); 2 are unstable."),
-        (
-            Summary(8, 2, 0, 1, (0.0312, 0.651), LIMITED + FREE, ()),
-            "2 of 8 variations are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "
-            "unstable; 1 could not be run.",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("told", "sentence"), [
+    (Summary(8, 2, 0, 0, None, FREE, ()), "8 variations without limits; none is unstable."),
+    (Summary(8, 2, 1, 3, None, FREE, ()), "8 variations without limits; 1 is unstable; 3 could not be run."),
+    (Summary(8, 2, 2, 0, None, LIMITED, ()), "2 of 8 variations are inside the limits (25 %); 2 are unstable."),
+    (
+        Summary(8, 2, 0, 1, (0.0312, 0.651), LIMITED + FREE, ()),
+        "2 of 8 variations are inside the limits (25 %; 95 % interval 3.12 to 65.1 %, Clopper-Pearson); none is "
+        "unstable; 1 could not be run.",
+    ),
+])  # fmt: skip
 def test_the_answer_in_one_sentence(told, sentence):
     assert told.sentence == sentence
 

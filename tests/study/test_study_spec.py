@@ -9,9 +9,8 @@ import numpy as np
 import pydantic
 import pytest
 import tuned
-from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu.cli import main
 from hystfmu.scenario import build
 from hystfmu.scenario.loop.opening import open_loop
 from hystfmu.studies.report import best_variation
@@ -41,37 +40,34 @@ RANGE: dict[str, Any] = {"range": [0.0, 1.0]}
 TINY = 5e-324
 
 
-@pytest.mark.parametrize(
-    ("kind", "base", "name", "default", "inside", "outside"),
-    [
-        (ParameterSpec, RANGE, "steps", 5, [1, 100_000], [0, 100_001]),
-        (ParameterSpec, RANGE, "log", False, [], []),
-        (ParameterSpec, {}, "values", None, [[1.0], [0.0] * 100_000], [[], [0.0] * 100_001]),
-        (ParameterSpec, {}, "range", None, [[0.0, 1.0]], [[0.0], [0.0, 1.0, 2.0], [1.0, 1.0], [0.0, math.inf]]),
-        (ParameterSpec, {}, "scale", None, [[0.5, 2.0]], [[0.5], [0.5, 1.0, 2.0], [2.0, 0.5]]),
-        (LoopSpec, LOOP, "Ms_db", 6.0, [TINY, 60], [0.0, 60.1]),
-        (LoopSpec, LOOP, "delay", 0.0, [0, 100], [-0.1, 100.1]),
-        (LoopSpec, LOOP, "corners", [], [["a"] * 100], [["a"] * 101]),
-        (LoopSpec, LOOP, "slopes", [1.0, 1.0], [[0.5, 2.0]], [[1.0], [1.0, 2.0, 3.0]]),
-        (LoopSpec, LOOP, "delays", [0.0], [[0.0], [1.0] * 20, [100.0]], [[], [1.0] * 21, [-1.0], [100.5]]),
-        (ObjectiveSpec, {"metric": "m"}, "targets", {}, [{"a": TINY}], [{"a": 0.0}, {"a": math.inf}]),
-        (ObjectiveSpec, {"metric": "m"}, "over_cases", "max", ["mean"], ["least"]),
-        (StudySpec, STUDY, "n", 64, [1, 10_000_000], [0, 10_000_001]),
-        (StudySpec, STUDY, "seed", 0, [0, 2**31 - 1, "run"], [-1, 2**31, "draw"]),
-        (StudySpec, STUDY, "timeout", 60.0, [TINY, 1e6], [0.0, 1e6 + 1]),
-        (StudySpec, STUDY, "memory", 4.0, [TINY, 1e4], [0.0, 1e4 + 1]),
-        (StudySpec, STUDY, "cases", None, [["a"]], [[]]),
-        (StudySpec, STUDY, "engine", "native", ["fmpy"], ["other"]),
-        (LearntLoops, {"case": "c"}, "slopes", [1.0], [[1.0] * 20], [[], [1.0] * 21, [math.inf]]),
-        (ObjectiveSpec, {"metric": "m"}, "limits", {}, [{"a": -1.0}], [{"a": math.inf}, {"a": math.nan}]),
-        (StudySpec, STUDY, "start", {}, [{"a": 1.0}], [{"a": math.nan}]),
-        (RepetitiveDesign, REPETITIVE, "loops", None, [[LEARNT] * 50], [[], [LEARNT] * 51]),
-        (LoopShapingDesign, SHAPING, "delay", None, [0, 100], [-0.1, 100.1]),
-        (LoopShapingDesign, SHAPING, "order", 2, [1, 6], [0, 7]),
-        (LoopShapingDesign, SHAPING, "ratio", 1.1, [1.0001, 10], [1.0, 10.1]),
-        (LoopShapingDesign, SHAPING, "robust", None, [["a.b"], ["a.b", "c.d"]], [[], ["a.b"] * 3]),
-    ],
-)
+@pytest.mark.parametrize(("kind", "base", "name", "default", "inside", "outside"), [
+    (ParameterSpec, RANGE, "steps", 5, [1, 100_000], [0, 100_001]),
+    (ParameterSpec, RANGE, "log", False, [], []),
+    (ParameterSpec, {}, "values", None, [[1.0], [0.0] * 100_000], [[], [0.0] * 100_001]),
+    (ParameterSpec, {}, "range", None, [[0.0, 1.0]], [[0.0], [0.0, 1.0, 2.0], [1.0, 1.0], [0.0, math.inf]]),
+    (ParameterSpec, {}, "scale", None, [[0.5, 2.0]], [[0.5], [0.5, 1.0, 2.0], [2.0, 0.5]]),
+    (LoopSpec, LOOP, "Ms_db", 6.0, [TINY, 60], [0.0, 60.1]),
+    (LoopSpec, LOOP, "delay", 0.0, [0, 100], [-0.1, 100.1]),
+    (LoopSpec, LOOP, "corners", [], [["a"] * 100], [["a"] * 101]),
+    (LoopSpec, LOOP, "slopes", [1.0, 1.0], [[0.5, 2.0]], [[1.0], [1.0, 2.0, 3.0]]),
+    (LoopSpec, LOOP, "delays", [0.0], [[0.0], [1.0] * 20, [100.0]], [[], [1.0] * 21, [-1.0], [100.5]]),
+    (ObjectiveSpec, {"metric": "m"}, "targets", {}, [{"a": TINY}], [{"a": 0.0}, {"a": math.inf}]),
+    (ObjectiveSpec, {"metric": "m"}, "over_cases", "max", ["mean"], ["least"]),
+    (StudySpec, STUDY, "n", 64, [1, 10_000_000], [0, 10_000_001]),
+    (StudySpec, STUDY, "seed", 0, [0, 2**31 - 1, "run"], [-1, 2**31, "draw"]),
+    (StudySpec, STUDY, "timeout", 60.0, [TINY, 1e6], [0.0, 1e6 + 1]),
+    (StudySpec, STUDY, "memory", 4.0, [TINY, 1e4], [0.0, 1e4 + 1]),
+    (StudySpec, STUDY, "cases", None, [["a"]], [[]]),
+    (StudySpec, STUDY, "engine", "native", ["fmpy"], ["other"]),
+    (LearntLoops, {"case": "c"}, "slopes", [1.0], [[1.0] * 20], [[], [1.0] * 21, [math.inf]]),
+    (ObjectiveSpec, {"metric": "m"}, "limits", {}, [{"a": -1.0}], [{"a": math.inf}, {"a": math.nan}]),
+    (StudySpec, STUDY, "start", {}, [{"a": 1.0}], [{"a": math.nan}]),
+    (RepetitiveDesign, REPETITIVE, "loops", None, [[LEARNT] * 50], [[], [LEARNT] * 51]),
+    (LoopShapingDesign, SHAPING, "delay", None, [0, 100], [-0.1, 100.1]),
+    (LoopShapingDesign, SHAPING, "order", 2, [1, 6], [0, 7]),
+    (LoopShapingDesign, SHAPING, "ratio", 1.1, [1.0001, 10], [1.0, 10.1]),
+    (LoopShapingDesign, SHAPING, "robust", None, [["a.b"], ["a.b", "c.d"]], [[], ["a.b"] * 3]),
+])  # fmt: skip
 def test_a_field_has_its_default_and_its_limits(kind, base, name, default, inside, outside) -> None:
     made = kind.model_fields[name]
     found = made.get_default(call_default_factory=True)
@@ -93,31 +89,25 @@ def test_a_study_has_one_to_a_thousand_parameters(n: int, good: bool) -> None:
             StudySpec.model_validate(given)
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({}, "exactly one of range, scale, values, second_order. Got none"),
-        ({"range": [0, 1], "values": [1.0]}, "Got range, values"),
-        ({"range": [2, 1]}, "a range must rise. Got 2.0 to 1.0"),
-        ({"range": [0, 1], "log": True}, "must be greater than 0. Got 0.0"),
-        ({"second_order": {"gain": [0.0, 1], "f_n": [1, 2], "zeta": [0.1, 1]}}, "gain must rise from a value greater"),
-        ({"second_order": {"gain": [0.5, 1], "f_n": [2, 2], "zeta": [0.1, 1]}}, "f_n must rise .* Got 2.0 to 2.0"),
-        ({"second_order": {"gain": [0.5, 1], "f_n": [1, 2], "zeta": [1, 0.1]}}, "zeta must rise"),
-    ],
-)
+@pytest.mark.parametrize(("given", "words"), [
+    ({}, "exactly one of range, scale, values, second_order. Got none"),
+    ({"range": [0, 1], "values": [1.0]}, "Got range, values"),
+    ({"range": [2, 1]}, "a range must rise. Got 2.0 to 1.0"),
+    ({"range": [0, 1], "log": True}, "must be greater than 0. Got 0.0"),
+    ({"second_order": {"gain": [0.0, 1], "f_n": [1, 2], "zeta": [0.1, 1]}}, "gain must rise from a value greater"),
+    ({"second_order": {"gain": [0.5, 1], "f_n": [2, 2], "zeta": [0.1, 1]}}, "f_n must rise .* Got 2.0 to 2.0"),
+    ({"second_order": {"gain": [0.5, 1], "f_n": [1, 2], "zeta": [1, 0.1]}}, "zeta must rise"),
+])  # fmt: skip
 def test_what_a_parameter_must_be(given: dict[str, Any], words: str) -> None:
     with pytest.raises(pydantic.ValidationError, match=words):
         ParameterSpec.model_validate(given)
 
 
-@pytest.mark.parametrize(
-    ("given", "pairs"),
-    [
-        ({"range": [2.0, 6.0]}, [(0.0, 2.0), (0.25, 3.0), (1.0, 6.0)]),
-        ({"scale": [0.5, 2.0]}, [(0.0, 0.5), (0.5, 1.25), (1.0, 2.0)]),
-        ({"range": [0.1, 10.0], "log": True}, [(0.0, 0.1), (0.5, 1.0), (0.75, 10**0.5), (1.0, 10.0)]),
-    ],
-)
+@pytest.mark.parametrize(("given", "pairs"), [
+    ({"range": [2.0, 6.0]}, [(0.0, 2.0), (0.25, 3.0), (1.0, 6.0)]),
+    ({"scale": [0.5, 2.0]}, [(0.0, 0.5), (0.5, 1.25), (1.0, 2.0)]),
+    ({"range": [0.1, 10.0], "log": True}, [(0.0, 0.1), (0.5, 1.0), (0.75, 10**0.5), (1.0, 10.0)]),
+])  # fmt: skip
 def test_fractions_of_a_range_and_back(given: dict[str, Any], pairs: list[tuple[float, float]]) -> None:
     p = ParameterSpec.model_validate(given)
     for fraction, value in pairs:
@@ -149,31 +139,25 @@ def test_second_order_dynamics_draw_three_parameters() -> None:
         SecondOrderSpec.model_validate({"gain": [0.5], "f_n": [10, 20], "zeta": [0.1, 1]})
 
 
-@pytest.mark.parametrize(
-    ("over", "targets", "values", "score"),
-    [
-        ("max", {}, [2.0, 3.0], 3.0), ("mean", {}, [2.0, 3.0], 2.5), ("max", {"a": 0.5}, [2.0, 3.0], 4.0),
-        ("mean", {"b": 6.0}, [2.0, 3.0], 1.25), ("max", {}, [2.0, math.inf], math.nan),
-        ("max", {}, [2.0, None], math.nan),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("over", "targets", "values", "score"), [
+    ("max", {}, [2.0, 3.0], 3.0), ("mean", {}, [2.0, 3.0], 2.5), ("max", {"a": 0.5}, [2.0, 3.0], 4.0),
+    ("mean", {"b": 6.0}, [2.0, 3.0], 1.25), ("max", {}, [2.0, math.inf], math.nan),
+    ("max", {}, [2.0, None], math.nan),
+])  # fmt: skip
 def test_the_objective_of_several_cases(over: str, targets: Any, values: list[Any], score: float) -> None:
     objective = ObjectiveSpec.model_validate({"metric": "m", "over_cases": over, "targets": targets})
     rows = [{"case": c, "metrics": {} if v is None else {"m": v}} for c, v in zip("ab", values, strict=True)]
     assert objective.score(rows) == pytest.approx(score, nan_ok=True)
 
 
-@pytest.mark.parametrize(
-    ("given", "gain", "at_10"),
-    [
-        ({"K": "a"}, 2.0, 2.0),
-        ({"Ki": "a"}, None, 2.0 / 10j),
-        ({"K": "a", "K_1": "b"}, None, 2.0 * (10j + 3) / 10j),
-        ({"K": "a", "K_1": "b", "K_2": "c"}, None, 2.0 * (10j + 3) * (10j + 5) / 10j**2),
-        ({"K": "a", "T_z": "b", "T_p": "c"}, 2.0, 2.0 * (30j + 1) / (50j + 1)),
-        ({"K": "a", "T_z": "b"}, 2.0, 2.0 * (30j + 1)),
-    ],
-)
+@pytest.mark.parametrize(("given", "gain", "at_10"), [
+    ({"K": "a"}, 2.0, 2.0),
+    ({"Ki": "a"}, None, 2.0 / 10j),
+    ({"K": "a", "K_1": "b"}, None, 2.0 * (10j + 3) / 10j),
+    ({"K": "a", "K_1": "b", "K_2": "c"}, None, 2.0 * (10j + 3) * (10j + 5) / 10j**2),
+    ({"K": "a", "T_z": "b", "T_p": "c"}, 2.0, 2.0 * (30j + 1) / (50j + 1)),
+    ({"K": "a", "T_z": "b"}, 2.0, 2.0 * (30j + 1)),
+])  # fmt: skip
 def test_the_weight_of_a_loop(given: dict[str, str], gain: float | None, at_10: complex) -> None:
     W = Weight.model_validate(given).transfer({"a": 2.0, "b": 3.0, "c": 5.0})
     assert complex(W(10j)) == pytest.approx(at_10)
@@ -219,8 +203,7 @@ def test_a_case_that_does_not_exist_is_refused(tmp_path: Path) -> None:
     bad.write_text(text.replace("../loops/gains.toml", "gains.toml"))
     rules = (ROOT / "scenarios/loops/gains.toml").read_text()
     (tmp_path / "gains.toml").write_text(rules.replace('corners = ["up_400_10"', 'corners = ["up_999_10"'))
-    result = CliRunner().invoke(main, ["study", str(bad), "-o", str(tmp_path / "out")])
-    assert result.exit_code == 2
+    result = invoked(["study", str(bad), "-o", str(tmp_path / "out")], status=2)
     assert "objective.loop: no case 'up_999_10'" in result.output
 
 

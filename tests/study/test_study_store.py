@@ -82,7 +82,7 @@ def only(folder: Path, pattern: str) -> Path:
     return found
 
 
-@pytest.mark.some(4)
+@pytest.mark.some(2)
 @pytest.mark.parametrize("pattern", FILES)
 @pytest.mark.parametrize("draw", range(2))
 def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]) -> None:
@@ -100,7 +100,7 @@ def test_a_flipped_byte(pattern: str, draw: int, study: tuple[Path, Path, bytes]
     assert hy.study(path, folder, workers=1).ran == 0
 
 
-@pytest.mark.some(5)
+@pytest.mark.some(2)
 @pytest.mark.parametrize("pattern", FILES)
 @pytest.mark.parametrize("damage", ["emptied", "removed", "cut in half"])
 def test_a_lost_file(pattern: str, damage: str, study: tuple[Path, Path, bytes]) -> None:

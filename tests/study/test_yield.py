@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from decay import LAG
+from invoked import invoked
 from scipy.stats import binom
 
 import hystfmu as hy
@@ -250,7 +251,6 @@ def test_bad_input_is_told_in_one_line(made: Made, tmp_path: Path) -> None:
         compare_studies(good, bad, tmp_path / "out.html")
     run.mkdir()
     (run / "report.json").write_text(json.dumps({"version": "1", "results": []}))
-    said = CliRunner().invoke(main, ["compare", str(run), str(good), "-o", str(tmp_path / "out.html")])
-    assert said.exit_code == 2
+    said = invoked(["compare", str(run), str(good), "-o", str(tmp_path / "out.html")], status=2)
     assert "not a report of 'hystfmu study'" in said.output
     assert not (tmp_path / "out.html").exists()

@@ -200,7 +200,7 @@ def check_source(path: str | Path) -> os.stat_result:
     Raises
     ------
     InputError
-        There is no such file, or it is a device, a pipe or a socket.
+        There is no such file, or it is a folder, a device, a pipe or a socket.
     """
     try:
         found = Path(path).stat()
@@ -208,8 +208,9 @@ def check_source(path: str | Path) -> os.stat_result:
         raise InputError(f"{path}: {e.strerror}.{meant_file(path)}") from None
     except OSError as e:
         raise InputError(f"{path}: {e.strerror or e}") from None
-    if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
-        raise InputError(f"{path}: The file must be a regular file. Got a device, pipe or socket.")
+    if not stat.S_ISREG(found.st_mode):
+        got = "folder" if stat.S_ISDIR(found.st_mode) else "device, pipe or socket"
+        raise InputError(f"{path}: The file must be a regular file. Got a {got}.")
     return found
 
 

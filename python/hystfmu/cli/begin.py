@@ -156,7 +156,7 @@ def demo(out: WrittenFolder = "demo", full: bool = False) -> None:
 @of("", out="-o DIR")
 @of("start.run:start", key="--model KEY")
 @data_options(refused=["covariates"])
-@of("start.run:start", seed="")
+@of("start.run:start", options="--set", seed="")
 @of(
     "start.requirements:Requirements",
     error="PERCENT",
@@ -176,6 +176,7 @@ def start(
     data: tuple[str, ...],
     key: str,
     columns: Columns,
+    options: dict[str, Any],
     seed: int,
     requirements: str | None,
     out: WrittenFolder = "start",
@@ -185,7 +186,7 @@ def start(
 
     The command reads DATA, selects and fits a model, and inverts the model. It tunes several controllers such that the
     loop is stable for every device that agrees with the record. It simulates the loop with the best controller, and
-    writes FMUs, a report and verdict.json. At the end, it prints each file and the command line that creates this file.
+    writes FMUs, a report and verdict.json. At the end, it prints each file and the command line that writes or uses it.
     If the record is not sufficient to design feedback, the loop has no feedback, only feed-forward and inverse. The
     file measure_next.csv then contains an input signal with which you can measure a better record.
 
@@ -205,18 +206,22 @@ def start(
     out : str
         Folder to write into.
     """
-    from hystfmu.base import load_toml
+    from hystfmu.base import InputError, load_toml
     from hystfmu.report.terminal import progress, table
-    from hystfmu.start.page import race_table, reference_table, sentence
+    from hystfmu.start.page import OF_REFERENCE, race_table, reference_table, sentence
     from hystfmu.start.requirements import Requirements
     from hystfmu.start.run import start as make
 
     given = load_toml(Path(requirements)) if requirements is not None else {}
+    try:
+        Requirements.of(given)
+    except InputError as e:
+        raise InputError(f"{requirements}: {e}") from None
     wanted = Requirements.of(given | {k: v for k, v in asked.items() if v not in (None, ())})
     measured = columns.read(data)
     say(measured.read_as)
     source = [*data, *columns.words()]
-    made = make(measured, Path(out), wanted, key, seed, source, say, progress)
+    made = make(measured, Path(out), wanted, key, seed, source, say, progress, **options)
     loop = None if isinstance(made.loop, str) else made.loop
     cases = [] if loop is None else [_case(r) for r in loop.results]
     if answers_json():
@@ -232,6 +237,7 @@ def start(
             for why in dict.fromkeys(loop.race.refused.values()):
                 say(f"not usable: {', '.join(n for n, reason in loop.race.refused.items() if reason == why)}: {why}")
         say("\n" + table(*reference_table(made.verdict)))
+        say(OF_REFERENCE)
         head = ["case", "RMS % of stroke", "max %", "limit, RMS %", "verdict", "difference"]
         detail("\n" + table(head, [[*c.values()] for c in cases]))
         limits_of_loop = [
@@ -243,7 +249,7 @@ def start(
     notes = [*made.verdict["reasons"], *made.notes, *made.model.fit.get("warnings", ())]
     for note in notes:
         echo(note if loop is None and note == notes[0] else f"warning: {note}", err=True)
-    say("\nfiles, and the commands that write them:")
+    say("\nfiles, and the commands that write or use them:")
     for what, (path, command) in made.files.items():
         say(f"{what}: {path}\n    {command}")
     verdict(sentence(made.verdict), made.approved)

@@ -144,6 +144,8 @@ class Argument:
             text += " Repeatable."
         made["show_default"] = made.get("default") not in (None, "")
         made = {"help": text, **made, **more}
+        if made.get("required"):
+            del made["default"]  # click 8.3 and newer take None for a given default
         kind: type[click.Option] = made.pop("cls", click.Option)
         return kind([self.name, *flags], **made)
 

@@ -211,7 +211,9 @@ def fit_sections(model: Model, data: Dataset) -> list[Section]:
     labels = with_unit("u", data.unit_u), with_unit("y", data.unit_y)
     warned = model.fit.get("warnings", [])
     warnings = Section(
-        "Warnings", "" if warned else "None.", [Table(("warning",), [(w,) for w in warned])] if warned else []
+        "Warnings of the fit",
+        "" if warned else "None.",
+        [Table(("warning",), [(w,) for w in warned])] if warned else [],
     )
     return [
         first,

@@ -7,7 +7,7 @@ speed of the input in the record. It consists of these parts:
 - nested half cosines: minor loops of all sizes and levels, at all speeds down to a fifth of the greatest speed,
 - a rest,
 - tones from half the frequency of a loop to eight times this frequency,
-- a sweep of small amplitude up to the required frequency.
+- a chirp of small amplitude up to the required frequency.
 
 Levels and phases are random. Several random inputs are compared. The input with the most additional information about
 the model is used (function `information`).
@@ -102,10 +102,10 @@ def write_excitation(
     t: Array = h * np.arange(len(u), dtype=np.float64)
     write_csv(path, {"t [s]": t, f"u{unit}": u})
     highest = FASTEST / h if up_to is None else up_to
-    line = f"sweep up to {highest:.4g} Hz, {len(u)} rows, {len(u) * h:.4g} s at {1 / h:.6g} Hz"
+    line = f"chirp up to {highest:.4g} Hz, {len(u)} rows, {len(u) * h:.4g} s at {1 / h:.6g} Hz"
     if h == data.h:
         return f"{line}; fit it together with this record"
-    return f"{line}: the record has {1 / data.h:.6g} Hz, enough for a sweep up to {1 / (ROWS * data.h):.4g} Hz only"
+    return f"{line}: the record has {1 / data.h:.6g} Hz, enough for a chirp up to {1 / (ROWS * data.h):.4g} Hz only"
 
 
 def excitation(

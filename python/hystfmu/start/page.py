@@ -20,6 +20,7 @@ from hystfmu.scenario.report.cases import compared
 from hystfmu.scenario.report.page import write_report
 from hystfmu.start.closed_loop import ClosedLoop
 
+OF_REFERENCE = "RMS %, at most %: in percent of the peak-to-peak value of the reference"
 PROMISED = ("name", "shape", "frequency", "amplitude", "offset", "rms_percent", "bound_percent")
 
 
@@ -84,7 +85,7 @@ def write_page(
     """
     if isinstance(loop, str):
         path = folder / "report.html"
-        write_text(path, fit_page(model, data, f"{sentence(told)}."))
+        write_text(path, fit_page(model, data, sentence(told)))
         return path
     sections = [*_verdict(loop, data, told), *fit_sections(model, data), _controller(loop, notes)]
     return write_report(loop.results, folder, sections, f"{name}: model, inverse, loop")
@@ -169,7 +170,7 @@ def _verdict(loop: ClosedLoop, data: Dataset, told: dict[str, Any]) -> tuple[Sec
     answer = f"{sentence(told)}. The RMS error of the {first.name} on the device is "
     answer += f"{percent(first.rms_percent)} % of peak to peak." if known else f"not known: {first.why}."
     tables = [Table(*reference_table(told)), Table(("reason",), [(line,) for line in told["reasons"]])]
-    errors = Section("Errors", "", tables[: 1 + bool(told["reasons"])])
+    errors = Section("Errors of the loop", OF_REFERENCE, tables[: 1 + bool(told["reasons"])])
     return Section("", answer, (), compared(reached, unit, LOOP_POINTS)), errors
 
 

@@ -21,11 +21,13 @@ from hystfmu.design.plants import LEAST_SPREAD, LESS_DAMPED, SIGMAS
 from hystfmu.face.interval import with_interval
 from hystfmu.face.model import Model
 from hystfmu.identify.auto import REFUSED
+from hystfmu.identify.evidence import Evidence
 from hystfmu.start.closed_loop import ClosedLoop, close
 from hystfmu.start.device import DYNAMICS_NAME, Device, reference_frequency, unsuited
 from hystfmu.start.excitation import write_excitation
 from hystfmu.start.loop import GAIN
 from hystfmu.start.page import verdict, write_page, write_verdict
+from hystfmu.start.promise import FAR, SLIGHT
 from hystfmu.start.requirements import Requirements
 
 WIDTH = 0.1  # by which thresholds differ; gain and modes as in the draws of the loop
@@ -126,6 +128,7 @@ def start(
     source: Sequence[str] = ("DATA",),
     told: Callable[[str], None] = lambda line: None,
     shown: Callable[[str], AbstractContextManager[Callable[[float], None]]] = _unseen,
+    **options: Any,
 ) -> Started:
     """Create model, inverse, loop, FMUs and report from one record.
 
@@ -148,12 +151,14 @@ def start(
     shown : function
         Called with the name of a long step. It returns a context manager that yields a function. This function is
         called with the completed fraction, 0 to 1.
+    **options
+        Options of the kind of model.
 
     Raises
     ------
     InputError
-        The data have covariates, no kind of model represents the data, the kind is unknown, or the folder cannot be
-        written.
+        The data have covariates, no kind of model represents the data, the kind or an option is unknown, or the folder
+        cannot be written.
     """
     if data.covariates:
         raise InputError(
@@ -163,18 +168,19 @@ def start(
     name = re.sub(r"\W", "_", data.stem)
     name = name if name[:1].isalpha() else f"device_{name}"
     file, steps = folder / f"{name}.model.toml", Steps(folder)
-    steps.claim(data.sha256, data.name, data.train.start, data.train.stop, key, seed, removed=_of_a_loop(folder, name))
+    fit = [key, seed, *options.items()]
+    steps.claim(data.sha256, data.name, data.train.start, data.train.stop, *fit, removed=_of_a_loop(folder, name))
 
     def fitted() -> tuple[str, list[str]]:
         with shown("fitting") as progress:
-            model, why, notes = _model(data, key, seed, progress)
+            model, why, notes = _model(data, key, seed, progress, options)
             with_interval(model, data).save(file)
         return why, notes
 
-    why, notes = steps.run("fit", [*data.identity, key, seed], [file], fitted)
+    why, notes = steps.run("fit", [*data.identity, *fit], [file], fitted)
     model = Model.load(file)
     told(_fitted(model) + (", from the run before" if steps.kept else ""))
-    words = [*source, *_fit_words(model, key, seed, "model" if why else "inverse")]
+    words = [*source, *_fit_words(model, key, seed, "model" if why else "inverse", options)]
     files = _files_of_model(folder, name, model, words)
     for old in _of_a_loop(folder, name):  # delete files of an earlier run: they do not belong to the new verdict
         shutil.rmtree(old) if old.is_dir() else old.unlink(missing_ok=True)
@@ -191,7 +197,7 @@ def start(
         report = f"{_line('run', folder / 'loop')} --report DIR"
     doubt = isinstance(loop, ClosedLoop) and loop.feedback != "full" and asked.controller != "none"
     if model.fit.get("warnings") or doubt:
-        notes = [*notes, _measure_next(folder / "measure_next.csv", data, asked, model)]
+        notes = [*notes, _measure_next(folder / "measure_next.csv", data, asked, model, key)]
         files["next measurement"] = (folder / "measure_next.csv", "written by hystfmu start alone")
     said = verdict(loop)
     with shown("report"):
@@ -207,30 +213,42 @@ def _of_a_loop(folder: Path, name: str) -> list[Path]:
     return [folder / n for n in ("loop", "devices.study.toml", "report.json", "measure_next.csv", *inverse)]
 
 
-def _measure_next(path: Path, data: Dataset, asked: Requirements, model: Model) -> str:
-    """Write the input for the next measurement, and return a note about it."""
+def _measure_next(path: Path, data: Dataset, asked: Requirements, model: Model, key: str) -> str:
+    """Write the input for the next measurement, and return a note about it.
+
+    The note also states if the model misses the recorded rows themselves: more rows cannot reduce this error.
+    """
     top = float(model.fit["evidence"]["band"][1])
     up_to = max(CARRIED / data.h, FASTER * (asked.bandwidth or 0.0), SEEN * top)
-    return f"measure next: {write_excitation(path, data, reference_frequency(data), up_to, model)}"
+    note = f"measure next: {path.name}, {write_excitation(path, data, reference_frequency(data), up_to, model)}"
+    error, noise = float(model.fit["rms_percent"]), 100 * Evidence.from_dict(model.fit["evidence"]).noise / data.span
+    if error <= max(SLIGHT, FAR * noise):  # the noise may be NaN
+        return note
+    other = "" if key == "auto" else "another kind of model or "
+    note += f"; this cannot reduce the error of {error:.3g} % of the span on this record (noise {noise:.2g} %)"
+    return f"{note}: this needs {other}further measured inputs, such as a temperature"
 
 
-def _model(data: Dataset, key: Any, seed: int, progress: Callable[[float], None]) -> tuple[Model, str, list[str]]:
+def _model(
+    data: Dataset, key: Any, seed: int, progress: Callable[[float], None], options: dict[str, Any]
+) -> tuple[Model, str, list[str]]:
     """Return a model, the reason why it cannot be used in a loop (or ""), and notes.
 
     A note states that another model has a smaller error but cannot be used in a loop.
     """
     try:
-        best = hy.fit(data, key, seed=seed, progress=progress, purpose="inverse")
+        best = hy.fit(data, key, seed=seed, progress=progress, purpose="inverse", **options)
     except InputError as e:
-        return hy.fit(data, key, seed=seed, progress=progress), str(e), []
+        why = str(e) if key == "auto" else f"{e} Without --model, the command selects a kind that has an inverse."
+        return hy.fit(data, key, seed=seed, progress=progress, **options), why, []
     fault = unsuited(best)
     if not fault:
         return best, "", []
     ranking = best.provenance.get("auto", {})
     for candidate in [name for name, error in ranking.items() if error <= REFUSED][1:]:
-        kind, options = candidate.partition(" ")[0], {k: _value(v) for k, v in _OPTION.findall(candidate)}
+        kind, its = candidate.partition(" ")[0], {k: _value(v) for k, v in _OPTION.findall(candidate)}
         with suppress(InputError):
-            model = hy.fit(data, kind, seed=seed, purpose="inverse", **options)
+            model = hy.fit(data, kind, seed=seed, purpose="inverse", **its)
             if not unsuited(model):
                 return model, "", [f"{fault} The loop has {candidate} instead, {ranking[candidate]:.3g} %FS."]
     return best, fault, []
@@ -243,9 +261,10 @@ def _value(text: str) -> Any:
     return text
 
 
-def _fit_words(model: Model, key: str, seed: int, purpose: str) -> list[str]:
+def _fit_words(model: Model, key: str, seed: int, purpose: str, options: dict[str, Any]) -> list[str]:
     """Return the options with which `hystfmu fit` produces the model."""
-    options = model.provenance.get("options", {}) if key == "auto" and "auto" not in model.provenance else {}
+    if key == "auto" and "auto" not in model.provenance:
+        options = model.provenance.get("options", {})
     words = ["--for", purpose] if key == "auto" and not options else ["--model", model.key]
     words += [w for k, v in options.items() for w in ("--set", f"{k}={v}")]
     return words + (["--seed", str(seed)] if seed else [])
@@ -266,7 +285,7 @@ def _line(*words: str | Path) -> str:
 def _files_of_model(folder: Path, name: str, model: Model, fitting: Sequence[str]) -> dict[str, tuple[Path, str]]:
     """Write the FMU of a model, and return the files of the model with the commands that create them."""
     file = folder / f"{name}.model.toml"
-    made = model.export(folder / f"{name}.fmu")
+    made = model.export(folder / f"{name}.fmu", name=name)  # the command names an FMU after its model file
     return {
         "model": (file, _line("fit", *fitting, "-o", file)),
         "FMU of the model": (made, _line("export", file, "-o", made)),
@@ -281,7 +300,7 @@ def _files_of_loop(folder: Path, name: str, model: Model, loop: ClosedLoop) -> d
     file, back, into = folder / f"{name}.model.toml", folder / f"{name}_inverse.model.toml", folder / "loop"
     inverse = model.inverse()
     inverse.save(back)
-    made = inverse.export(folder / f"{name}_inverse.fmu")
+    made = inverse.export(folder / f"{name}_inverse.fmu", name=f"{name}_inverse")
     deployed = hy.Scenario.load(into).export_controller(folder / f"{name}_controller.fmu")
     study, drawn = folder / "devices.study.toml", folder / "devices"
     written = write_study(study, loop, into.name, name)

@@ -292,14 +292,11 @@ def test_every_command_is_here_or_has_no_table() -> None:
 
 
 @pytest.mark.some(2)
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
-        for name, listed in TABLES.items()
-        for words in listed
-    ],
-)
+@pytest.mark.parametrize("words", [
+    pytest.param(words, marks=[pytest.mark.stress] * (name in ("start", "design")))
+    for name, listed in TABLES.items()
+    for words in listed
+])  # fmt: skip
 def test_no_line_is_longer_than_the_terminal(words: str, narrow: Path) -> None:
     done = CliRunner().invoke(main, shlex.split(words))
     assert done.exit_code in (0, 1), done.output

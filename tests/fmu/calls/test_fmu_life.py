@@ -294,36 +294,33 @@ def test_paths_with_spaces_and_non_ascii(tmp_path: Path, fmi: int) -> None:
         m.free()
 
 
-@pytest.mark.parametrize(
-    ("location", "sentence"),
-    [
-        ("file:///no/such/folder", "cannot read '/no/such/folder/block.bin'"),
-        ("/no/such/folder/", "cannot read '/no/such/folder/block.bin'"),
-        ("file:///a%zz", "the resource location has a malformed % escape: 'file:///a%zz'"),
-        ("file:///a%00b", "the resource location has a malformed % escape: 'file:///a%00b'"),
-        ("file:///a%4", "the resource location has a malformed % escape: 'file:///a%4'"),
-        ("file://server/a", "the resource location names another machine: 'file://server/a'"),
-        ("FILE://LOCALHOSTS/a", "the resource location names another machine: 'FILE://LOCALHOSTS/a'"),
-        ("files:/a", "cannot read 'files:/a/block.bin'"),
-        ("file:a/b", "cannot read 'a/b/block.bin'"),
-        ("file:no/such", "cannot read 'no/such/block.bin'"),
-        ("file:a//localhost/b", "cannot read 'a//localhost/b/block.bin'"),
-        ("file:/a//b", "cannot read '/a//b/block.bin'"),
-        ("file:/", "cannot read '/block.bin'"),
-        ("file:///", "cannot read '/block.bin'"),
-        ("file://localhost/", "cannot read '/block.bin'"),
-        ("file://a", "the resource location names another machine: 'file://a'"),
-        ("file:/%41%5a%61%7A%30%39", "cannot read '/AZaz09/block.bin'"),
-        ("file:/%4g", "the resource location has a malformed % escape: 'file:/%4g'"),
-        ("file:/%4G", "the resource location has a malformed % escape: 'file:/%4G'"),
-        ("file:/%/a", "the resource location has a malformed % escape: 'file:/%/a'"),
-        ("file:/%:0", "the resource location has a malformed % escape: 'file:/%:0'"),
-        ("file:/%@0", "the resource location has a malformed % escape: 'file:/%@0'"),
-        ("file:/%`0", "the resource location has a malformed % escape: 'file:/%`0'"),
-        ("/a%41", "cannot read '/a%41/block.bin'"),
-        ("no/such", "cannot read 'no/such/block.bin'"),
-    ],
-)
+@pytest.mark.parametrize(("location", "sentence"), [
+    ("file:///no/such/folder", "cannot read '/no/such/folder/block.bin'"),
+    ("/no/such/folder/", "cannot read '/no/such/folder/block.bin'"),
+    ("file:///a%zz", "the resource location has a malformed % escape: 'file:///a%zz'"),
+    ("file:///a%00b", "the resource location has a malformed % escape: 'file:///a%00b'"),
+    ("file:///a%4", "the resource location has a malformed % escape: 'file:///a%4'"),
+    ("file://server/a", "the resource location names another machine: 'file://server/a'"),
+    ("FILE://LOCALHOSTS/a", "the resource location names another machine: 'FILE://LOCALHOSTS/a'"),
+    ("files:/a", "cannot read 'files:/a/block.bin'"),
+    ("file:a/b", "cannot read 'a/b/block.bin'"),
+    ("file:no/such", "cannot read 'no/such/block.bin'"),
+    ("file:a//localhost/b", "cannot read 'a//localhost/b/block.bin'"),
+    ("file:/a//b", "cannot read '/a//b/block.bin'"),
+    ("file:/", "cannot read '/block.bin'"),
+    ("file:///", "cannot read '/block.bin'"),
+    ("file://localhost/", "cannot read '/block.bin'"),
+    ("file://a", "the resource location names another machine: 'file://a'"),
+    ("file:/%41%5a%61%7A%30%39", "cannot read '/AZaz09/block.bin'"),
+    ("file:/%4g", "the resource location has a malformed % escape: 'file:/%4g'"),
+    ("file:/%4G", "the resource location has a malformed % escape: 'file:/%4G'"),
+    ("file:/%/a", "the resource location has a malformed % escape: 'file:/%/a'"),
+    ("file:/%:0", "the resource location has a malformed % escape: 'file:/%:0'"),
+    ("file:/%@0", "the resource location has a malformed % escape: 'file:/%@0'"),
+    ("file:/%`0", "the resource location has a malformed % escape: 'file:/%`0'"),
+    ("/a%41", "cannot read '/a%41/block.bin'"),
+    ("no/such", "cannot read 'no/such/block.bin'"),
+])  # fmt: skip
 def test_bad_location(folder: Path, fmi: int, location: str, sentence: str) -> None:
     graph = single("prandtl_ishlinskii")
     m = Master(graph, folder / graph.token, fmi, location=location)

@@ -10,13 +10,12 @@ import pytest
 from fmu_events import Events
 from fmu_master import BLOCKS, ERROR, OK, H, Make, Master, U, loop, mixed, rows, single
 
-from hystfmu.graph import Graph, Node
-from hystfmu.unit import Unit
+from hystfmu import Graph, Node, Unit
 
 GONE = "The FMU state was freed or does not belong to this instance."
 
 
-@pytest.mark.some(20)
+@pytest.mark.some(10)
 @pytest.mark.parametrize("name", [*BLOCKS, "loop"])
 def test_restore_is_bit_exact(make: Make, name: str) -> None:
     graph = loop() if name == "loop" else single(name)
@@ -274,13 +273,10 @@ def test_the_clock_may_be_off_by_sixteen_units_in_the_last_place(make: Make) -> 
             assert m.restore(state) == OK
 
 
-@pytest.mark.parametrize(
-    ("block", "name", "value"),
-    [
-        ("creep", "T", 0.37), ("transfer_function", "b", 2.5), ("lead_lag", "T_p", 0.011), ("pid", "Ki", 71.0),
-        ("disturbance_observer", "f_n", 37.0), ("sliding_mode", "eta", 0.07),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("block", "name", "value"), [
+    ("creep", "T", 0.37), ("transfer_function", "b", 2.5), ("lead_lag", "T_p", 0.011), ("pid", "Ki", 71.0),
+    ("disturbance_observer", "f_n", 37.0), ("sliding_mode", "eta", 0.07),
+])  # fmt: skip
 def test_a_parameter_acts_from_the_next_step_with_all_that_follows_from_it(
     make: Make, block: str, name: str, value: float
 ) -> None:

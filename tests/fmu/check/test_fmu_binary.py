@@ -56,6 +56,7 @@ def test_needs_libc_only() -> None:
     assert max(tuple(map(int, v.split("."))) for v in versions) <= (2, 17)
 
 
+@pytest.mark.turn("warnings of compilers")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("mode", ["-fsyntax-only", pytest.param("-O2", marks=pytest.mark.stress)])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -196,29 +197,25 @@ DERIVATIVE = (
 @pytest.mark.some(1)
 @linux
 @pytest.mark.usefixtures("without_fmutool")
-@pytest.mark.parametrize(
-    ("function", "patch", "expected"),
-    [
-        (
-            "CompletedIntegratorStep",
-            f"{COMPLETED} {{ *e = *t = fmi2False; (void)theirs, (void)c, (void)n; return fmi2OK; }}",
-            "Model Exchange differs from Co-Simulation: y is",
-        ),
-        (
-            "SetTime",
-            "fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t) { fmi2Status s = theirs(c, t); fmi2Boolean e, end; "
-            "fmi2CompletedIntegratorStep(c, fmi2True, &e, &end); return s; }",
-            "rejected steps change the run in Model Exchange: y is",
-        ),
-        (
-            "GetDirectionalDerivative",
-            f"{DERIVATIVE} {{ fmi2Status r = theirs(c, u, n, k, m, d, s); "
-            "if (((instance *)c)->run.phase == CONTINUOUS) s[0] += 1; return r; }",
-            "the directional derivative of y with respect to u is",
-        ),
-    ],
-    ids=["memory not committed", "memory of rejected steps", "derivative after steps"],
-)
+@pytest.mark.parametrize(("function", "patch", "expected"), [
+    (
+        "CompletedIntegratorStep",
+        f"{COMPLETED} {{ *e = *t = fmi2False; (void)theirs, (void)c, (void)n; return fmi2OK; }}",
+        "Model Exchange differs from Co-Simulation: y is",
+    ),
+    (
+        "SetTime",
+        "fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t) { fmi2Status s = theirs(c, t); fmi2Boolean e, end; "
+        "fmi2CompletedIntegratorStep(c, fmi2True, &e, &end); return s; }",
+        "rejected steps change the run in Model Exchange: y is",
+    ),
+    (
+        "GetDirectionalDerivative",
+        f"{DERIVATIVE} {{ fmi2Status r = theirs(c, u, n, k, m, d, s); "
+        "if (((instance *)c)->run.phase == CONTINUOUS) s[0] += 1; return r; }",
+        "the directional derivative of y with respect to u is",
+    ),
+], ids=["memory not committed", "memory of rejected steps", "derivative after steps"])  # fmt: skip
 def test_check_finds_defects_of_model_exchange(tmp_path: Path, function: str, patch: str, expected: str) -> None:
     problems = hy.validate(_with_binary(tmp_path, patch + "\n", function))
     assert any(expected in p for p in problems), problems

@@ -17,6 +17,7 @@ import tomli_w
 from bad_fmu import DESCRIPTION, bad_fmu
 from click.testing import CliRunner
 from fmu_master import loop, single
+from invoked import invoked
 from users import User
 
 import hystfmu as hy
@@ -294,8 +295,7 @@ def small(path: Path, word: str) -> Path:
 @pytest.mark.turn("broken descriptions")
 def test_a_truncated_binary_is_replaced(cache: Path) -> None:
     bad_fmu(Path("x.fmu"))
-    first = CliRunner().invoke(main, ["simulate", "x.fmu", *RUN])
-    assert first.exit_code == 0, first.output
+    first = invoked(["simulate", "x.fmu", *RUN])
     out = Path("out.csv").read_bytes()
     (binary,) = cache.rglob("bad.so")
     os.truncate(binary, 1000)
@@ -413,13 +413,10 @@ def test_a_bad_archive_is_refused_with_and_without_a_cache(cache: Path, monkeypa
     assert not cache.exists() or list(cache.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("method", "mark", "at", "message"),
-    [
-        (zipfile.ZIP_LZMA, b"PK\3\4", 70, "'modelDescription.xml' cannot be unpacked: Corrupt input data"),
-        (zipfile.ZIP_STORED, b"PK\1\2", 6, "not a ZIP archive, or truncated (zip file version 20.4)"),
-    ],
-)
+@pytest.mark.parametrize(("method", "mark", "at", "message"), [
+    (zipfile.ZIP_LZMA, b"PK\3\4", 70, "'modelDescription.xml' cannot be unpacked: Corrupt input data"),
+    (zipfile.ZIP_STORED, b"PK\1\2", 6, "not a ZIP archive, or truncated (zip file version 20.4)"),
+])  # fmt: skip
 def test_damage_of_every_method_is_one_line(cache: Path, method: int, mark: bytes, at: int, message: str) -> None:
     with zipfile.ZipFile("x.fmu", "w", method) as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION)

@@ -14,13 +14,12 @@ from typing import Any, Literal
 import fmpy
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from fmpy.util import read_csv
 from fmu_master import BLOCKS, loop, single
+from invoked import invoked
 from lxml import etree
 
 import hystfmu as hy
-from hystfmu.cli import main
 from hystfmu.fmu import export_fmu
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
@@ -214,8 +213,7 @@ def test_a_graph_has_a_default_experiment(tmp_path: Path, fmi: int) -> None:
 
 # ---- names of two devices --------------------------------------------------------------------------------------------
 def hystfmu(*words: object) -> str:
-    done = CliRunner().invoke(main, [str(w) for w in words])
-    assert done.exit_code == 0, done.output
+    done = invoked([str(w) for w in words])
     return done.output
 
 
@@ -239,6 +237,7 @@ def described(path: Path) -> tuple[Any, str]:
     return fmpy.read_model_description(str(path)), title
 
 
+@pytest.mark.turn("good FMUs")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_two_devices(folder: Path, tmp_path: Path, fmi: int) -> None:

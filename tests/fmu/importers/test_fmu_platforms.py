@@ -12,14 +12,13 @@ from typing import Literal
 
 import fmpy
 import pytest
-from click.testing import CliRunner
 from fmu_master import loop, single
+from invoked import invoked
 from other_platforms import RUNNERS, loads_on_macos_11, needs_glibc_2_17, needs_windows_alone, run, runner, tool
 from scripts import loaded
 
 import hystfmu
 import hystfmu as hy
-from hystfmu.cli import main
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write import platforms
 from hystfmu.fmu.write.platforms import PLATFORMS, host
@@ -88,8 +87,7 @@ def test_all_platforms_are_packed_or_nothing_is_written(package: Path, tmp_path:
     (package / "_platforms" / "x86-windows.dll").unlink()
     Model("sum", single("sum")).save(tmp_path / "m.model.toml")
     command = ["export", str(tmp_path / "m.model.toml"), "-o", str(tmp_path / "x.fmu"), "--platforms", "all"]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 2
+    done = invoked(command, status=2)
     (line,) = done.output.splitlines()
     assert "no binary is installed for x86_64-windows, x86-windows" in line
     assert not (tmp_path / "x.fmu").exists()
@@ -207,6 +205,7 @@ LIMITS = {"host": 210_000, "all": 545_000}  # bytes
 MODELS = {hy.Model.load(p).key: p for p in sorted(SCENARIOS.rglob("*.model.toml"), key=lambda p: p.stat().st_size)}
 
 
+@pytest.mark.some(2)
 @pytest.mark.parametrize("which", ["host", "all"])
 def test_every_fmu_is_small(which: Literal["host", "all"], fmi: int, tmp_path: Path) -> None:
     if which == "all" and (missing := platforms.missing()):

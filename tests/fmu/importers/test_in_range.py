@@ -8,14 +8,12 @@ from pathlib import Path
 import numpy as np
 import plants
 import pytest
-from click.testing import CliRunner
 from fmpy.validation import validate_fmu
+from invoked import invoked
 from runners import run_by_fmpy, run_by_unit
 
 import hystfmu as hy
-from hystfmu import Model
-from hystfmu.cli import main
-from hystfmu.data import signals
+from hystfmu import Model, signals
 from hystfmu.model.coverage import trained_range
 
 H = 1e-3
@@ -43,8 +41,7 @@ def test_the_range_is_that_of_the_training_rows(model: hy.Model) -> None:
 def test_fmus_of_the_command_have_the_output(model: hy.Model, fmi: int, tmp_path: Path) -> None:
     file, fmu = tmp_path / "m.model.toml", tmp_path / "m.fmu"
     model.save(file)
-    done = CliRunner().invoke(main, ["export", str(file), "--in-range", "--fmi", str(fmi), "-o", str(fmu)])
-    assert done.exit_code == 0, done.output
+    invoked(["export", str(file), "--in-range", "--fmi", str(fmi), "-o", str(fmu)])
     u = signals.nested_reversals(4, 5, step=0.02)
     y = model.with_in_range().predict(u)
     assert 0 < np.mean(y[:, 1]) < 1
@@ -91,8 +88,7 @@ def hystfmu(key: str, *arguments: object) -> str:
     """Run a command: one fit in a shell, the other commands in this process."""
     words = list(map(str, arguments))
     if (key, words[0]) != ("prandtl_ishlinskii", "fit"):
-        result = CliRunner().invoke(main, words)
-        assert result.exit_code == 0, result.output
+        result = invoked(words)
         return result.stdout
     shell = [sys.executable, "-m", "hystfmu.cli", *words]
     done = subprocess.run(shell, capture_output=True, text=True, timeout=300)

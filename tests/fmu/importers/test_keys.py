@@ -17,12 +17,10 @@ from fmu_events import Events, adaptive
 from runners import run_by_fmpy, run_by_unit
 from scipy.signal import lsim
 
-from hystfmu import Dataset, InputError, Model
+from hystfmu import Dataset, Graph, InputError, Model, signals
 from hystfmu.base.arrays import Array
 from hystfmu.cli import main
-from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph
 from hystfmu.identify import METHODS, fit
 from hystfmu.inverse import METHODS as INVERSES
 from hystfmu.inverse import inverse
@@ -206,7 +204,7 @@ def ways() -> list[Any]:
     return [pytest.param(*row, marks=pytest.mark.stress if row in long else ()) for row in every]
 
 
-@pytest.mark.some(2)
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("model", "way"), ways(), indirect=["model"])
 def test_a_key_has_an_inverse_or_a_reason(model: Model, way: str, tmp_path: Path) -> None:
     model.save(tmp_path / "forward.model.toml")

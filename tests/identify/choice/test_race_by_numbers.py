@@ -36,37 +36,31 @@ def test_how_many_rows_all_can_be_tried_on():
     assert auto.affordable([Candidate(ANY, 2.9, 0.0)] * 12, 500) == 500
 
 
-@pytest.mark.parametrize(
-    ("memory", "record", "reason"),
-    [
-        (OPENS, {"memory": NONE}, "the output is a function of the input"),
-        (OPENS, {"memory": RETURN_POINT, "gap": 0.043}, "minor loops close (gap 0.043 % of the span of y)"),
-        (OPENS, {"memory": RETURN_POINT, "gap": 0.053}, None),
-        (OPENS, {"memory": RETURN_POINT, "gap": 0.043, "loops": 4}, None),
-        (LATE, {"memory": RETURN_POINT, "gap": 0.043, "loops": 5}, "minor loops close (gap 0.043 % of the span of y)"),
-        (CLOSES, {"memory": OPEN_LOOPS, "gap": 2.01}, "minor loops stay open by 2 % of the span of y"),
-        (CLOSES, {"memory": OPEN_LOOPS, "gap": 2.0}, None),
-        (CLOSES, {"memory": UNKNOWN, "gap": 9.0}, None),
-        (LAGS, {"several_speeds": False}, "the input has one speed only and is not informative about rate dependence"),
-        (LAGS, {}, None),
-        (LATE, {"several_speeds": False}, None),
-        (LATE, {"memory": RETURN_POINT, "gap": 0.043}, "minor loops close (gap 0.043 % of the span of y)"),
-        (LATE, {"memory": NONE}, "the output is a function of the input"),
-        (ANY, {"memory": NONE, "several_speeds": False}, None),
-    ],
-)
+@pytest.mark.parametrize(("memory", "record", "reason"), [
+    (OPENS, {"memory": NONE}, "the output is a function of the input"),
+    (OPENS, {"memory": RETURN_POINT, "gap": 0.043}, "minor loops close (gap 0.043 % of the span of y)"),
+    (OPENS, {"memory": RETURN_POINT, "gap": 0.053}, None),
+    (OPENS, {"memory": RETURN_POINT, "gap": 0.043, "loops": 4}, None),
+    (LATE, {"memory": RETURN_POINT, "gap": 0.043, "loops": 5}, "minor loops close (gap 0.043 % of the span of y)"),
+    (CLOSES, {"memory": OPEN_LOOPS, "gap": 2.01}, "minor loops stay open by 2 % of the span of y"),
+    (CLOSES, {"memory": OPEN_LOOPS, "gap": 2.0}, None),
+    (CLOSES, {"memory": UNKNOWN, "gap": 9.0}, None),
+    (LAGS, {"several_speeds": False}, "the input has one speed only and is not informative about rate dependence"),
+    (LAGS, {}, None),
+    (LATE, {"several_speeds": False}, None),
+    (LATE, {"memory": RETURN_POINT, "gap": 0.043}, "minor loops close (gap 0.043 % of the span of y)"),
+    (LATE, {"memory": NONE}, "the output is a function of the input"),
+    (ANY, {"memory": NONE, "several_speeds": False}, None),
+])  # fmt: skip
 def test_who_contradicts_the_record(memory, record, reason):
     left = auto.left_out({"x": Candidate(memory, 1.0, 0.0)}, seen(**record))
     assert left == ({} if reason is None else {"x": reason})
 
 
-@pytest.mark.parametrize(
-    ("lags", "other", "speeds", "told"),
-    [
-        (1.0, 1.21, True, "seen"), (1.0, 1.19, True, "not seen"), (0.05, 0.099, True, "not seen"),
-        (0.05, 0.101, True, "seen"), (1.0, 9.0, False, "one speed only"), (None, 9.0, True, "not seen"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("lags", "other", "speeds", "told"), [
+    (1.0, 1.21, True, "seen"), (1.0, 1.19, True, "not seen"), (0.05, 0.099, True, "not seen"),
+    (0.05, 0.101, True, "seen"), (1.0, 9.0, False, "one speed only"), (None, 9.0, True, "not seen"),
+])  # fmt: skip
 def test_rate_dependence_is_seen_in_a_clearly_smaller_error(race, lags, other, speeds, told):
     race.trials = {"o": trial("o", other * E4)}
     if lags is not None:
@@ -88,21 +82,18 @@ class Inverses:
         return "no use" if model.graph in self.faulty else ""
 
 
-@pytest.mark.parametrize(
-    ("excursions", "inverses", "only", "chosen"),
-    [
-        ((), None, False, "small"),
-        ((), Inverses(["large"]), False, "large"),
-        ((), Inverses(["worse"]), False, "small"),
-        (("small",), None, False, "large"),
-        (("small", "large"), None, False, "small"),  # nothing as good stays inside: a worse kind is no remedy
-        ((), Inverses([], ["small"]), False, "small"),
-        ((), Inverses([], ["small"]), True, "large"),
-        ((), Inverses([], ["small", "large", "worse"]), True, "outsider"),
-        (("small", "large", "worse"), None, False, "small"),
-        ((), Inverses([], ["small", "large", "worse", "outsider"]), True, None),
-    ],
-)
+@pytest.mark.parametrize(("excursions", "inverses", "only", "chosen"), [
+    ((), None, False, "small"),
+    ((), Inverses(["large"]), False, "large"),
+    ((), Inverses(["worse"]), False, "small"),
+    (("small",), None, False, "large"),
+    (("small", "large"), None, False, "small"),  # nothing as good stays inside: a worse kind is no remedy
+    ((), Inverses([], ["small"]), False, "small"),
+    ((), Inverses([], ["small"]), True, "large"),
+    ((), Inverses([], ["small", "large", "worse"]), True, "outsider"),
+    (("small", "large", "worse"), None, False, "small"),
+    ((), Inverses([], ["small", "large", "worse", "outsider"]), True, None),
+])  # fmt: skip
 def test_the_preferred_of_equal_ones(race, excursions, inverses, only, chosen):
     able = [
         trial("large", 1.0 * E4, parameters=9),
@@ -190,13 +181,10 @@ def test_a_static_kind_is_no_refuge_where_none_follows(race):
     assert auto._preferred(race, True, None, False, {}) == {}
 
 
-@pytest.mark.parametrize(
-    ("memory", "of_record", "warned"),
-    [
-        (OPENS, RETURN_POINT, 1), (CLOSES, OPEN_LOOPS, 1), (CLOSES, RETURN_POINT, 0), (OPENS, OPEN_LOOPS, 0),
-        (ANY, UNKNOWN, 0),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("memory", "of_record", "warned"), [
+    (OPENS, RETURN_POINT, 1), (CLOSES, OPEN_LOOPS, 1), (CLOSES, RETURN_POINT, 0), (OPENS, OPEN_LOOPS, 0),
+    (ANY, UNKNOWN, 0),
+])  # fmt: skip
 def test_a_choice_against_the_minor_loops_is_warned_of(memory, of_record, warned):
     found = auto._warnings(trial("t", memory=memory), seen(memory=of_record, gap=1.234))
     assert len(found) == warned

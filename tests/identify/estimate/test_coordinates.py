@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, Graph, Node
-from hystfmu.graph import Input, Output
+from hystfmu import Dataset, Graph, Input, Node, Output
 from hystfmu.identify.estimate import coordinates
 from hystfmu.identify.estimate.free import Free
 
@@ -26,39 +25,33 @@ def free(start, lo=-np.inf, hi=np.inf, unit="1", follows="", node="x", text="", 
     return Free("x", node, "p", tuple(range(len(start))), row, start, len(start), **given)
 
 
-@pytest.mark.parametrize(
-    ("of", "bounds"),
-    [
-        (free(5.0, unit="Hz"), (1.0, 50.0)),
-        (free(0.5, unit="Hz"), (0.5, 50.0)),  # the start is inside
-        (free(0.5, unit="s"), (1e-3, 10.0)),
-        (free(0.5, -2.0, 3.0), (-2.0, 3.0)),
-        (free(4.0, -2.0, 1e5), (-2.0, 40.0)),
-        (free(0.5, follows="u", node="a"), (-3.97, 4.94)),
-        (free(0.5, 0.0, follows="u", node="a"), (0.0, 2.97)),
-        (free(0.5, follows="u", node="b"), (-7.94, 9.88)),
-        (free(0.5, follows="u"), (-3.0, 3.0)),  # nothing drives it: a range of 2
-        (free([2.0, 4.0], 0.0), (2e-3, 4e3)),
-        (free([2.0, 4.0], 0.0, rising=True), (0.0, 40.0)),
-        (free([-2.0, 4.0]), (-40.0, 40.0)),
-        (free([-0.5, 0.1]), (-10.0, 10.0)),
-        (free(4.0, 0.0, lower=1.0), (1.0, 4e3)),
-        (free(4.0, 0.0, upper=9.0), (4e-3, 9.0)),
-    ],
-)
+@pytest.mark.parametrize(("of", "bounds"), [
+    (free(5.0, unit="Hz"), (1.0, 50.0)),
+    (free(0.5, unit="Hz"), (0.5, 50.0)),  # the start is inside
+    (free(0.5, unit="s"), (1e-3, 10.0)),
+    (free(0.5, -2.0, 3.0), (-2.0, 3.0)),
+    (free(4.0, -2.0, 1e5), (-2.0, 40.0)),
+    (free(0.5, follows="u", node="a"), (-3.97, 4.94)),
+    (free(0.5, 0.0, follows="u", node="a"), (0.0, 2.97)),
+    (free(0.5, follows="u", node="b"), (-7.94, 9.88)),
+    (free(0.5, follows="u"), (-3.0, 3.0)),  # nothing drives it: a range of 2
+    (free([2.0, 4.0], 0.0), (2e-3, 4e3)),
+    (free([2.0, 4.0], 0.0, rising=True), (0.0, 40.0)),
+    (free([-2.0, 4.0]), (-40.0, 40.0)),
+    (free([-0.5, 0.1]), (-10.0, 10.0)),
+    (free(4.0, 0.0, lower=1.0), (1.0, 4e3)),
+    (free(4.0, 0.0, upper=9.0), (4e-3, 9.0)),
+])  # fmt: skip
 def test_the_default_bounds_of_a_parameter(of, bounds):
     assert coordinates.default_bounds(of, GRAPH, DATA) == pytest.approx(bounds)
 
 
-@pytest.mark.parametrize(
-    ("of", "log"),
-    [
-        (free(1.0, 0.0), True), (free(0.0, 0.0), False), (free(1.0, -1.0), False), (free(1.0, 0.0, 9.0), False),
-        (free(1.0, 0.0, 1e5), True), (free(1.0, 0.0, 99999.0), False), (free(1.0, 0.0, follows="u"), False),
-        (free(1.0, 0.0, lower=0.0), False), (free(1.0, 0.0, lower=0.5), True), (free(1.0, 0.0, scale="linear"), False),
-        (free(1.0, -1.0, 2.0, scale="log"), True), (free([1.0, 2.0], 0.0, rising=True), False),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("of", "log"), [
+    (free(1.0, 0.0), True), (free(0.0, 0.0), False), (free(1.0, -1.0), False), (free(1.0, 0.0, 9.0), False),
+    (free(1.0, 0.0, 1e5), True), (free(1.0, 0.0, 99999.0), False), (free(1.0, 0.0, follows="u"), False),
+    (free(1.0, 0.0, lower=0.0), False), (free(1.0, 0.0, lower=0.5), True), (free(1.0, 0.0, scale="linear"), False),
+    (free(1.0, -1.0, 2.0, scale="log"), True), (free([1.0, 2.0], 0.0, rising=True), False),
+])  # fmt: skip
 def test_of_which_parameters_the_logarithm_is_searched(of, log):
     assert coordinates.is_log(of) is log
 

@@ -101,13 +101,10 @@ def test_the_time_limit_ends_a_search_that_has_a_point():
 
 
 # ---- searches --------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(
-    ("costs", "tried", "last"),
-    [
-        ([5.0, 2.0, 3.0], 3, 11.0), ([5.0, 2.0, 2.0], 3, 11.0), ([5.1e-9, 4.9e-9, 0.0], 2, 11.0),
-        ([4.9e-9, 0.0, 0.0], 1, 10.0),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("costs", "tried", "last"), [
+    ([5.0, 2.0, 3.0], 3, 11.0), ([5.0, 2.0, 2.0], 3, 11.0), ([5.1e-9, 4.9e-9, 0.0], 2, 11.0),
+    ([4.9e-9, 0.0, 0.0], 1, 10.0),
+])  # fmt: skip
 def test_short_searches_from_all_starts_until_one_is_good_enough(monkeypatch, costs, tried, last):
     asked, told = [], []
 

@@ -26,17 +26,14 @@ def trial(error, monotone=True, **parts):
     return Trial(Parts(**parts), BentSum(np.ones(2), RISING if monotone else BUTTERFLY, np.zeros(0)), error)
 
 
-@pytest.mark.parametrize(
-    ("mine", "other", "better"),
-    [
-        (trial(1.0), trial(0.949), True),
-        (trial(1.0), trial(0.951), False),
-        (trial(1.0), trial(0.499, monotone=False), True),
-        (trial(1.0), trial(0.501, monotone=False), False),
-        (trial(1.0, monotone=False), trial(0.949, monotone=False), True),
-        (trial(1.0, monotone=False), trial(0.96), False),
-    ],
-)
+@pytest.mark.parametrize(("mine", "other", "better"), [
+    (trial(1.0), trial(0.949), True),
+    (trial(1.0), trial(0.951), False),
+    (trial(1.0), trial(0.499, monotone=False), True),
+    (trial(1.0), trial(0.501, monotone=False), False),
+    (trial(1.0, monotone=False), trial(0.949, monotone=False), True),
+    (trial(1.0, monotone=False), trial(0.96), False),
+])  # fmt: skip
 def test_a_part_must_gain_five_percent_and_a_bend_without_inverse_half(mine, other, better):
     assert (mine.or_better(other) is other) is better
 
@@ -144,17 +141,14 @@ def test_the_components_of_a_fit_as_options():
     assert [(w["creep"], w["dynamics"]) for w in words] == [("yes", "yes"), ("back-relaxation", "yes")]
 
 
-@pytest.mark.parametrize(
-    ("errors", "degree", "found"),
-    [
-        ({"none": 9.0, "offset": 2.0, "gain": 1.0, "bend": 0.9}, 3, "bend"),
-        ({"none": 9.0, "offset": 2.0, "gain": 1.0, "bend": 0.96}, 3, "gain"),
-        ({"none": 9.0, "offset": 2.0, "gain": 1.0, "bend": 0.9}, 1, "gain"),  # no bend to follow
-        ({"none": 9.0, "offset": 1.04, "gain": 1.0, "bend": 1.0}, 3, "offset"),
-        ({"none": 9.0, "offset": 1.06, "gain": 1.0, "bend": 1.0}, 3, "gain"),
-        ({"none": 1.05, "offset": 1.04, "gain": 1.0, "bend": 1.0}, 3, "none"),
-    ],
-)
+@pytest.mark.parametrize(("errors", "degree", "found"), [
+    ({"none": 9.0, "offset": 2.0, "gain": 1.0, "bend": 0.9}, 3, "bend"),
+    ({"none": 9.0, "offset": 2.0, "gain": 1.0, "bend": 0.96}, 3, "gain"),
+    ({"none": 9.0, "offset": 2.0, "gain": 1.0, "bend": 0.9}, 1, "gain"),  # no bend to follow
+    ({"none": 9.0, "offset": 1.04, "gain": 1.0, "bend": 1.0}, 3, "offset"),
+    ({"none": 9.0, "offset": 1.06, "gain": 1.0, "bend": 1.0}, 3, "gain"),
+    ({"none": 1.05, "offset": 1.04, "gain": 1.0, "bend": 1.0}, 3, "none"),
+])  # fmt: skip
 @pytest.mark.parametrize("place", [0, 1])
 def test_what_follows_a_covariate(errors, degree, found, place):
     def error(parts):

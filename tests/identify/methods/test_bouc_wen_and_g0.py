@@ -81,6 +81,7 @@ def late(device):
     return hy.fit(device[0], "g0_bouc_wen")
 
 
+@pytest.mark.turn("parameters of a kind")
 def test_the_dynamics_are_found_and_the_linear_part_is_that_of_least_squares(device, late):
     assert late.fit["f_n"] == pytest.approx(60.0, rel=0.01)
     assert late.fit["zeta"] == pytest.approx(0.4, rel=0.02)

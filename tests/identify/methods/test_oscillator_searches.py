@@ -87,6 +87,7 @@ def test_a_plant_of_another_integrator():
     assert products == pytest.approx([900.0, -400.0], rel=0.05)
 
 
+@pytest.mark.turn("parameters of a kind")
 def test_the_sharpness_is_that_of_the_option():
     model = hy.fit(forced(beta=20.0, nu=2.0), "bouc_wen_oscillator", nu=2.0)
     assert model.graph.node("plant").value("nu")[0] == 2.0

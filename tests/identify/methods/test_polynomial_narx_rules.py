@@ -97,13 +97,10 @@ def test_a_covariate_scales_a_network_of_its_own():
         assert graph.run(np.column_stack([data.u, np.full(300, beyond)]), H) == pytest.approx(far)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"n_u": 20, "n_f": 2}, "at most the 260 training rows. Got 276 for n_u = 20, n_f = 2, n_y = 0, q = 2"),
-        ({"n_u": 60, "n_f": 40}, "at most 5000 and"),
-    ],
-)
+@pytest.mark.parametrize(("options", "words"), [
+    ({"n_u": 20, "n_f": 2}, "at most the 260 training rows. Got 276 for n_u = 20, n_f = 2, n_y = 0, q = 2"),
+    ({"n_u": 60, "n_f": 40}, "at most 5000 and"),
+])  # fmt: skip
 def test_what_does_not_go_together(options, words):
     with pytest.raises(InputError, match=words):
         kind.build(record(), {**OPTIONS, **options}, 0, lambda f: None)

@@ -7,11 +7,10 @@ import numpy as np
 import plants
 import pytest
 from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu import Dataset
+from hystfmu import Dataset, Graph, Node, signals
 from hystfmu.cli import main
-from hystfmu.data import signals
-from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.identify.excitation import not_shown
 from hystfmu.model import accuracy
@@ -52,6 +51,7 @@ def test_a_model_without_limits_cuts_nothing():
     assert "coverage_percent" not in m.fit
 
 
+@pytest.mark.turn("records of a fit")
 def test_coverage_tells_what_a_record_leaves_out():
     def covered(u, key, **options):
         return fit(data(u), key, hidden=3, **options, **QUICK).fit["coverage_percent"]
@@ -83,14 +83,14 @@ def test_held_out_tables_say_it(model):
     assert 40 < table["outside"]["clamped_percent"] < 50  # of 0..2, what is above 1.1
 
 
+@pytest.mark.turn("records of a fit")
 def test_fit_and_predict_print_it(tmp_path):
     u = signals.training(12, 3)[::2]
     data(u).to_csv(tmp_path / "a.csv")
     Dataset.from_signal(1.5 * u, u, 1e-3).to_csv(tmp_path / "b.csv")
     a, b, out = str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), str(tmp_path / "m.model.toml")
     command = ["fit", a, "--model", "zhao_tan_mlp", "-o", out, "--set", "iterations=5", "--set", "starts=1"]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 0, done.output
+    done = invoked(command)
     assert "coverage %" in done.output
     inside = CliRunner().invoke(main, ["predict", out, a, "-o", str(tmp_path / "p.csv"), "--json"])
     assert (inside.stderr, json.loads(inside.stdout)["clamped_percent"]) == ("", 0.0)

@@ -95,6 +95,7 @@ def test_a_slow_sine_shows_no_mode_and_a_band_far_below():
     assert "no mode inside this band" in found.lines()[1]
 
 
+@pytest.mark.turn("records of a fit")
 def test_held_values_are_told_from_a_smooth_input():
     h, rng = 1e-4, np.random.default_rng()
     t = fine_time(8000, h)

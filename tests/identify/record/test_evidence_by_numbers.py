@@ -12,14 +12,11 @@ H = 1e-3
 F = np.arange(10.0, 500.0, 10.0)
 
 
-@pytest.mark.parametrize(
-    ("value", "error", "text"),
-    [
-        (123.456, 0.5, "123.5 +- 0.5"), (123.456, 50.0, "1.2e+02 +- 50"), (123.456, 0.0, "123.5 +- 0"),
-        (0.0, 0.1, "0 +- 0.1"), (-123.456, 0.01234, "-123.456 +- 0.012"), (1 / 3, 1e-12, "0.33333333 +- 1e-12"),
-        (3.0, 9.0, "3 +- 9"), (2.34, 9.0, "2.3 +- 9"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("value", "error", "text"), [
+    (123.456, 0.5, "123.5 +- 0.5"), (123.456, 50.0, "1.2e+02 +- 50"), (123.456, 0.0, "123.5 +- 0"),
+    (0.0, 0.1, "0 +- 0.1"), (-123.456, 0.01234, "-123.456 +- 0.012"), (1 / 3, 1e-12, "0.33333333 +- 1e-12"),
+    (3.0, 9.0, "3 +- 9"), (2.34, 9.0, "2.3 +- 9"),
+])  # fmt: skip
 def test_a_value_has_the_digits_that_its_error_leaves(value, error, text):
     assert module._known(value, error) == text
 
@@ -72,17 +69,14 @@ def test_modes_and_delay_with_their_errors(excess):
         assert found.share_se == pytest.approx(np.sqrt(by_gains + np.sum(shape**2) + np.sum(np.square(least))))
 
 
-@pytest.mark.parametrize(
-    ("given", "shares"),
-    [
-        ({"known": (False, True), "gain": (0.2, 0.6, 0.2)}, [0.6]),  # another mode counts, though it is not told
-        ({"known": (False, True), "zeta": (0.6, 0.1), "gain": (0.4, 0.6, 0.2)}, [0.75]),  # creep does not
-        ({"known": (True, True), "gain": (1.2, -0.4, 0.2), "zeta": (0.05, 0.6)}, [1.2]),  # an overdamped one that falls
-        ({"known": (True, True), "gain": (0.97, 0.01, 0.02)}, [0.97]),  # a share of its own error
-        ({"known": (False, False)}, []),
-        ({"gain": (0.8, 0.2), "rest": 0}, [0.8, 0.2]),
-    ],
-)
+@pytest.mark.parametrize(("given", "shares"), [
+    ({"known": (False, True), "gain": (0.2, 0.6, 0.2)}, [0.6]),  # another mode counts, though it is not told
+    ({"known": (False, True), "zeta": (0.6, 0.1), "gain": (0.4, 0.6, 0.2)}, [0.75]),  # creep does not
+    ({"known": (True, True), "gain": (1.2, -0.4, 0.2), "zeta": (0.05, 0.6)}, [1.2]),  # an overdamped one that falls
+    ({"known": (True, True), "gain": (0.97, 0.01, 0.02)}, [0.97]),  # a share of its own error
+    ({"known": (False, False)}, []),
+    ({"gain": (0.8, 0.2), "rest": 0}, [0.8, 0.2]),
+])  # fmt: skip
 def test_which_modes_are_told_and_their_share_of_the_static_gain(given, shares):
     modes, _, delay_se = module._told(fitted(**given), seen(), np.zeros(len(F)), 0.004)
     assert [m.share for m in modes] == pytest.approx(shares)

@@ -22,18 +22,15 @@ def seen(at=F > 0):
     return SimpleNamespace(h=H, response=SimpleNamespace(f=F, seen=at))
 
 
-@pytest.mark.parametrize(
-    ("given", "known"),
-    [
-        ({}, True),
-        ({"sd": (0.099, 0.05, 0.1, 0.05, 0.01)}, True), ({"sd": (0.101, 0.05, 0.1, 0.05, 0.01)}, False),
-        ({"sd": (0.01, 0.49, 0.1, 0.05, 0.01)}, True), ({"sd": (0.01, 0.51, 0.1, 0.05, 0.01)}, False),
-        ({"sd": (0.01, 0.05, 9.0, 0.159, 9.0)}, True), ({"sd": (0.01, 0.05, 0.1, 0.161, 0.01)}, False),
-        ({"f_n": 349.0}, True), ({"f_n": 351.0}, False),
-        ({"zeta": 1.06e-3}, True), ({"zeta": 1.04e-3}, False), ({"zeta": 2.85}, True), ({"zeta": 2.86}, False),
-        ({"gain": (-0.8, 0.2, 7.0)}, True), ({"f_n": 5.0}, False),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("given", "known"), [
+    ({}, True),
+    ({"sd": (0.099, 0.05, 0.1, 0.05, 0.01)}, True), ({"sd": (0.101, 0.05, 0.1, 0.05, 0.01)}, False),
+    ({"sd": (0.01, 0.49, 0.1, 0.05, 0.01)}, True), ({"sd": (0.01, 0.51, 0.1, 0.05, 0.01)}, False),
+    ({"sd": (0.01, 0.05, 9.0, 0.159, 9.0)}, True), ({"sd": (0.01, 0.05, 0.1, 0.161, 0.01)}, False),
+    ({"f_n": 349.0}, True), ({"f_n": 351.0}, False),
+    ({"zeta": 1.06e-3}, True), ({"zeta": 1.04e-3}, False), ({"zeta": 2.85}, True), ({"zeta": 2.86}, False),
+    ({"gain": (-0.8, 0.2, 7.0)}, True), ({"f_n": 5.0}, False),
+])  # fmt: skip
 def test_a_mode_is_known_by_its_errors_and_inside_the_bounds(given, known):
     assert fitted(**given).known(seen()).tolist() == [known]
 

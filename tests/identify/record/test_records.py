@@ -5,10 +5,9 @@ import json
 import numpy as np
 import plants
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 
 from hystfmu import Dataset, InputError, Model, fit, read
-from hystfmu.cli import main
 from hystfmu.data.signals import training
 from hystfmu.identify.catalogue import METHODS, method
 from hystfmu.identify.cuts import one_run
@@ -111,8 +110,7 @@ def test_records_from_files_and_from_a_column(tmp_path, parts):
         assert "3 records" in repr(found)
     assert "records by 'run'" in column.read_as
     out = str(tmp_path / "m.model.toml")
-    done = CliRunner().invoke(main, ["fit", *names, "--model", "prandtl_ishlinskii", "-o", out, "--json"])
-    assert done.exit_code == 0, done.output
+    done = invoked(["fit", *names, "--model", "prandtl_ishlinskii", "-o", out, "--json"])
     assert json.loads(done.stdout)["rms_percent"] == Model.load(out).fit["rms_percent"] < 1
 
 

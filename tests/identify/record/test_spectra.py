@@ -70,30 +70,24 @@ def band(seen, unsure=(), g=None):
     return Response(f, g + 0j, np.where(at, 0.9, 0.1), np.full(20, 0.5), np.isin(f, list(seen))).band()
 
 
-@pytest.mark.parametrize(
-    ("seen", "unsure", "found"),
-    [
-        ([4, 5, 6, 7], [], (4, 7)),
-        ([], [4, 5, 6], (0, 0)),
-        ([5, 6], [3, 4, 7], (5, 7)),  # it begins with a sure point
-        ([5, 6], [], (0, 0)),
-        ([4, 5, 6], [8], (4, 8)),  # over a gap of one point
-        ([4, 5, 6], [9], (4, 6)),  # over a wider one to a sure point only
-        ([4, 5, 6, 9], [], (4, 9)),
-        ([1, 2, 3, 6], [], (1, 6)),  # an octave
-    ],
-)
+@pytest.mark.parametrize(("seen", "unsure", "found"), [
+    ([4, 5, 6, 7], [], (4, 7)),
+    ([], [4, 5, 6], (0, 0)),
+    ([5, 6], [3, 4, 7], (5, 7)),  # it begins with a sure point
+    ([5, 6], [], (0, 0)),
+    ([4, 5, 6], [8], (4, 8)),  # over a gap of one point
+    ([4, 5, 6], [9], (4, 6)),  # over a wider one to a sure point only
+    ([4, 5, 6, 9], [], (4, 9)),
+    ([1, 2, 3, 6], [], (1, 6)),  # an octave
+])  # fmt: skip
 def test_the_coherent_band_of_a_response(seen, unsure, found):
     assert band(seen, unsure) == found
 
 
-@pytest.mark.parametrize(
-    ("above", "changed", "last"),
-    [
-        ([8, 9, 10], 1.02, 10), ([8, 9, 10], 1.04, 3), ([8, 9, 10], 0.96, 3), ([8, 9], 1.0, 3),
-        ([8, 9, 10, 11], 1.02, 11),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("above", "changed", "last"), [
+    ([8, 9, 10], 1.02, 10), ([8, 9, 10], 1.04, 3), ([8, 9, 10], 0.96, 3), ([8, 9], 1.0, 3),
+    ([8, 9, 10, 11], 1.02, 11),
+])  # fmt: skip
 def test_a_band_goes_on_behind_a_wide_gap_over_which_the_response_is_equal(above, changed, last):
     g = np.where(np.arange(1, 21) > 5, changed, 1.0)
     g[10] = 50.0  # only three points on each side are compared

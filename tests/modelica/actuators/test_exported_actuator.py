@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import simulate
 from click.testing import CliRunner
+from invoked import invoked
 from stacks import OPTIONS, SHEET, as_it_comes, demo, knee, slopes
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.cli import main
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.modelica.actuator.mechanics import COUPLING, PIEZO, Sheet
 from hystfmu.modelica.actuator.slot import thinned
 
@@ -135,6 +135,17 @@ def test_the_data_sheet_gives_stiffness_and_capacitance(tmp_path: Path) -> None:
     assert 1 / (d**2 * h + 1 / k) == pytest.approx(k_short)
 
 
+def test_the_mass_does_not_depend_on_critical_damping(tmp_path: Path) -> None:
+    """Two equal poles, between the poles of a little less and a little more damping."""
+    mass = []
+    for zeta in (0.99, 1.0, 1.01):
+        package = demo("prandtl_ishlinskii").export_modelica(
+            tmp_path / f"P{len(mass)}", sheet=SHEET | {"damping": zeta}
+        )
+        mass.append((parameter(package, "m"), parameter(package, "c")))
+    assert mass[1] == pytest.approx(np.mean([mass[0], mass[2]], axis=0), rel=1e-4)
+
+
 def test_what_no_sheet_says_is_that_of_a_soft_ceramic() -> None:
     """PI Ceramic, Piezo Material Data, PIC255: d33, s33, relative permittivity, k33; a stack of 5 x 5 x 36 mm."""
     d33, s33, eps33, k33 = 400e-12, 20.7e-12, 1750 * 8.8542e-12, 0.69
@@ -172,15 +183,12 @@ def test_a_bend_with_fewer_knots_goes_through_those_that_are_left() -> None:
         assert np.abs(bent(v, 0.0, 1.0, r, w) - bent(v, *fewer)).max() < 1e-12, seed
 
 
-@pytest.mark.parametrize(
-    ("sheet", "says"),
-    [
-        ({"stroke": 1e-5}, "both stroke and blocking_force"),
-        ({"stiffness": 1.0}, "no value 'stiffness'"),
-        ({"resonance": -1.0}, "'resonance' of a data sheet must be a float in"),
-        ({"capacitance": 1e-9}, "must exceed"),
-    ],
-)
+@pytest.mark.parametrize(("sheet", "says"), [
+    ({"stroke": 1e-5}, "both stroke and blocking_force"),
+    ({"stiffness": 1.0}, "no value 'stiffness'"),
+    ({"resonance": -1.0}, "'resonance' of a data sheet must be a float in"),
+    ({"capacitance": 1e-9}, "must exceed"),
+])  # fmt: skip
 def test_a_wrong_data_sheet_is_one_line(sheet: dict[str, float], says: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=re.escape(says)) as refused:
         demo("prandtl_ishlinskii").export_modelica(tmp_path / "Piezo", sheet=sheet)
@@ -192,8 +200,7 @@ def test_the_command_writes_the_actuator(tmp_path: Path) -> None:
     demo("prandtl_ishlinskii").save(tmp_path / "piezo.model.toml")
     command = ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)]
     given = [x for k, v in SHEET.items() for x in ("--sheet", f"{k}={v!r}")]
-    done = CliRunner().invoke(main, command + given)
-    assert done.exit_code == 0, done.output
+    done = invoked(command + given)
     assert "Piezo.ActuatorExample" in done.output
     direct = written("prandtl_ishlinskii", tmp_path / "direct")
     texts = [(p / "Actuator.mo").read_text().split("\n", 1)[1] for p in (tmp_path / "Piezo", direct)]

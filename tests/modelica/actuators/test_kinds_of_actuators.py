@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 import simulate
 import stacks
-from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
-from hystfmu.cli import main
 
 QUICK = ("prandtl_ishlinskii", "zhao_tan_mlp")
 KINDS = [pytest.param(k, marks=() if k in QUICK else pytest.mark.stress) for k in stacks.OPTIONS]
@@ -86,8 +85,7 @@ def test_a_kind_without_an_actuator_says_why_in_one_line(key: str, tmp_path: Pat
     u = 50 + 40 * np.sin(30 * t) * np.exp(-t)
     data = hy.Dataset(t=t, u=u, y=0.3 * u - 0.01 * np.gradient(u, t), unit_u="V", unit_y="um")
     hy.fit(data, key, **options).save(tmp_path / "m.model.toml")
-    done = CliRunner().invoke(main, ["export", str(tmp_path / "m.model.toml"), "--modelica", str(tmp_path / "out")])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", str(tmp_path / "m.model.toml"), "--modelica", str(tmp_path / "out")])
     lines = [line for line in done.output.splitlines() if line.startswith("no actuator: ")]
     assert len(lines) == 1
     assert why in lines[0]

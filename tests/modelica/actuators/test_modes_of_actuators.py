@@ -11,12 +11,11 @@ import library
 import numpy as np
 import pytest
 import simulate
-from click.testing import CliRunner
+from invoked import invoked
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 import hystfmu as hy
-from hystfmu.cli import main
 
 F_N, ZETA = 300.0, 0.1  # of the device
 STACK = {"stroke": 40e-6, "blocking_force": 800.0, "capacitance": 4e-6}
@@ -123,8 +122,7 @@ def test_an_unknown_mode_gives_no_mass(tmp_path: Path) -> None:
     assert not model.fit.get("f_n_se", np.inf) < 0.1 * model.fit["f_n"]
     model.save(tmp_path / "piezo.model.toml")
     command = ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 0, done.output
+    done = invoked(command)
     assert "no mass, because f_n = " in done.output
     assert "stiffness assumed, 2e+07 N/m" in done.output
     text = (tmp_path / "Piezo" / "Actuator.mo").read_text()
@@ -132,8 +130,7 @@ def test_an_unknown_mode_gives_no_mass(tmp_path: Path) -> None:
     assert not re.search(r"\n    m = ", text)
     command[-1] = str(tmp_path / "sheet")
     named = [*command, *(x for k, v in SHEET.items() for x in ("--sheet", f"{k}={v!r}"))]
-    done = CliRunner().invoke(main, named)
-    assert done.exit_code == 0, done.output
+    done = invoked(named)
     assert "kg and damping from the data sheet, resonance 2000 Hz, damping ratio 0.05" in done.output
     assert "withMass" not in (tmp_path / "sheet" / "Piezo" / "Actuator.mo").read_text()
 

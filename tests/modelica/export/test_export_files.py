@@ -7,13 +7,10 @@ from pathlib import Path
 import exported
 import library
 import pytest
-from click.testing import CliRunner
+from invoked import invoked
 from made_graphs import MADE, chain, large_network
 
-from hystfmu import __version__
-from hystfmu.base.errors import InputError
-from hystfmu.cli import main
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu import Graph, Input, InputError, Node, Output, __version__
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
 from hystfmu.modelica.literals import string
@@ -49,11 +46,9 @@ def test_package_has_its_form(tmp_path: Path) -> None:
 
 def test_command_writes_the_package_and_says_so(tmp_path: Path) -> None:
     path = MODELS / "backlash_zhao_tan_inverse.model.toml"
-    done = CliRunner().invoke(main, ["export", str(path), "--modelica", str(tmp_path)])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", str(path), "--modelica", str(tmp_path)])
     assert "BacklashZhaoTanInverse.Model" in done.output
-    done = CliRunner().invoke(main, ["export", str(path), "--modelica", str(tmp_path), "--name", "Other"])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", str(path), "--modelica", str(tmp_path), "--name", "Other"])
     assert sorted(p.name for p in tmp_path.iterdir()) == ["BacklashZhaoTanInverse", "Other"]
 
 
@@ -135,16 +130,13 @@ LOOP = Graph(
 )
 
 
-@pytest.mark.parametrize(
-    ("make", "name", "message"),
-    [
-        (lambda: chain(Node("net", "polynomial_narx", {"q": 4, "n_f": 0})), "P", "'net': .* degree q up to 3; got 4"),
-        (lambda: Model("made", LOOP, 0.01), "P", "total.y -> late.u leads back to an earlier block"),
-        (lambda: chain(Node("d", "delay")), "my model", "'my model' must be a letter followed by"),
-        (lambda: chain(Node("d", "delay")), "model", "'model' must be a letter followed by|must begin with a capital"),
-        (lambda: chain(Node("d", "delay")), "HystFMU", "'HystFMU' must begin with a capital and hide no class"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("make", "name", "message"), [
+    (lambda: chain(Node("net", "polynomial_narx", {"q": 4, "n_f": 0})), "P", "'net': .* degree q up to 3; got 4"),
+    (lambda: Model("made", LOOP, 0.01), "P", "total.y -> late.u leads back to an earlier block"),
+    (lambda: chain(Node("d", "delay")), "my model", "'my model' must be a letter followed by"),
+    (lambda: chain(Node("d", "delay")), "model", "'model' must be a letter followed by|must begin with a capital"),
+    (lambda: chain(Node("d", "delay")), "HystFMU", "'HystFMU' must begin with a capital and hide no class"),
+])  # fmt: skip
 def test_what_cannot_be_exported_is_one_line(make: object, name: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message) as e:
         export_modelica(make(), tmp_path / "lib", name)  # type: ignore[operator]
@@ -161,12 +153,10 @@ def test_a_capital_and_any_letters_make_a_package(name: str, tmp_path: Path) -> 
 def test_command_names_the_file_and_the_block(tmp_path: Path) -> None:
     path = tmp_path / "x.model.toml"
     chain(Node("p", "implicit_inverse")).save(path)
-    done = CliRunner().invoke(main, ["export", str(path), "--modelica", str(tmp_path / "lib")])
-    assert done.exit_code == 2
+    done = invoked(["export", str(path), "--modelica", str(tmp_path / "lib")], status=2)
     assert f"{path}: block 'p': its input h must be wired to a block that depends on its output u" in done.output
     assert not (tmp_path / "lib").exists()
-    done = CliRunner().invoke(main, ["export", str(path)])
-    assert done.exit_code == 2
+    done = invoked(["export", str(path)], status=2)
     assert "-o X.fmu, --modelica DIR, or both" in done.output
 
 

@@ -9,9 +9,8 @@ import exported
 import numpy as np
 import pytest
 import realisation_table
-from click.testing import CliRunner
+from invoked import invoked
 
-from hystfmu.cli import main
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
@@ -67,13 +66,10 @@ def test_ports_are_in_si_units(tmp_path: Path) -> None:
         assert o.good, exported.line(o)
 
 
-@pytest.mark.parametrize(
-    ("unit", "expected"),
-    [
-        ("um", ("m", 1e-6)), ("kV/mm", ("V/m", 1e6)), ("Oe", ("A/m", 1e3 / (4 * np.pi))), ("", ("", 1.0)),
-        ("furlong", ("", 1.0)),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("unit", "expected"), [
+    ("um", ("m", 1e-6)), ("kV/mm", ("V/m", 1e6)), ("Oe", ("A/m", 1e3 / (4 * np.pi))), ("", ("", 1.0)),
+    ("furlong", ("", 1.0)),
+])  # fmt: skip
 def test_unit_of_measure_in_si(unit: str, expected: tuple[str, float]) -> None:
     assert si(unit)[0] == expected[0]
     assert si(unit)[1] == pytest.approx(expected[1], rel=1e-15)
@@ -93,22 +89,19 @@ def test_limits_of_a_scaling_hold_the_rate(tmp_path: Path) -> None:
         assert o.good, exported.line(o)
 
 
-@pytest.mark.parametrize(
-    ("key", "has", "lacks"),
-    [
-        (
-            "preisach",
-            ["Events"],
-            {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
-        ),
-        ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
-        (
-            "narx_network",
-            [],
-            dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("key", "has", "lacks"), [
+    (
+        "preisach",
+        ["Events"],
+        {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
+    ),
+    ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
+    (
+        "narx_network",
+        [],
+        dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
+    ),
+])  # fmt: skip
 def test_reason_is_said_where_a_realisation_is_left_out(
     key: str, has: list[str], lacks: dict[str, str], tmp_path: Path
 ) -> None:
@@ -116,8 +109,7 @@ def test_reason_is_said_where_a_realisation_is_left_out(
     model = exported.small(key)
     assert kinds(model.graph) == has
     model.save(tmp_path / "piezo.model.toml")
-    done = CliRunner().invoke(main, ["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)])
-    assert done.exit_code == 0, done.output
+    done = invoked(["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)])
     files = {f.stem for f in (tmp_path / "Piezo").iterdir()}
     assert files & {"Events", "Smooth"} == set(has)
     for kind, why in lacks.items():

@@ -120,15 +120,11 @@ def test_sound_package_is_quiet(control: Path) -> None:
         assert list(form.place_complaints(file, control.parents[1])) == []
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ("Pid\n", "", "does not list Pid"),
-        ("Pid\n", "Pid\nFuzzy\n", "lists Fuzzy, which has no file"),
-        ("Pid\n", "Pid\nPid\n", "lists Pid twice"),
-    ],
-    ids=["entry left out", "entry without a file", "entry twice"],
-)
+@pytest.mark.parametrize(("old", "new", "says"), [
+    ("Pid\n", "", "does not list Pid"),
+    ("Pid\n", "Pid\nFuzzy\n", "lists Fuzzy, which has no file"),
+    ("Pid\n", "Pid\nPid\n", "lists Pid twice"),
+], ids=["entry left out", "entry without a file", "entry twice"])  # fmt: skip
 def test_order_of_a_package_is_checked(old: str, new: str, says: str, control: Path) -> None:
     order = control / "package.order"
     assert old in order.read_text()
@@ -136,15 +132,11 @@ def test_order_of_a_package_is_checked(old: str, new: str, says: str, control: P
     assert list(form.order_complaints(control)) == [f"package.order of Control {says}"]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ("HystFMU.Control;", "HystFMU.Plants;", "Pid.mo is within HystFMU.Plants and stands in HystFMU.Control"),
-        ("within HystFMU.Control;\n", "", "Pid.mo is within nothing and stands in HystFMU.Control"),
-        ("end Pid;", "end PID;", "Pid.mo does not end with 'end Pid;'"),
-    ],
-    ids=["another within", "no within", "another end"],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "says"), [
+    ("HystFMU.Control;", "HystFMU.Plants;", "Pid.mo is within HystFMU.Plants and stands in HystFMU.Control"),
+    ("within HystFMU.Control;\n", "", "Pid.mo is within nothing and stands in HystFMU.Control"),
+    ("end Pid;", "end PID;", "Pid.mo does not end with 'end Pid;'"),
+], ids=["another within", "no within", "another end"])  # fmt: skip
 def test_place_of_a_file_is_checked(old: str, new: str, says: str, control: Path) -> None:
     file = control / "Pid.mo"
     assert old in file.read_text()
@@ -152,18 +144,14 @@ def test_place_of_a_file_is_checked(old: str, new: str, says: str, control: Path
     assert list(form.place_complaints(file, control.parents[1])) == [says]
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        (lambda b: b.replace(b"Pid", b"P\xefd", 1), "is not UTF-8 at byte"),
-        (lambda b: b"\xef\xbb\xbf" + b, "has a byte order mark"),
-        (lambda b: b.replace(b"  ", b"\t", 1), "has a tab"),
-        (lambda b: b.replace(b"\n", b"\r\n"), "has a carriage return"),
-        (lambda b: b.rstrip(), "does not end with one newline"),
-        (lambda b: b + b"\n", "does not end with one newline"),
-    ],
-    ids=["another encoding", "mark", "tab", "line ends", "no newline", "two newlines"],
-)
+@pytest.mark.parametrize(("change", "says"), [
+    (lambda b: b.replace(b"Pid", b"P\xefd", 1), "is not UTF-8 at byte"),
+    (lambda b: b"\xef\xbb\xbf" + b, "has a byte order mark"),
+    (lambda b: b.replace(b"  ", b"\t", 1), "has a tab"),
+    (lambda b: b.replace(b"\n", b"\r\n"), "has a carriage return"),
+    (lambda b: b.rstrip(), "does not end with one newline"),
+    (lambda b: b + b"\n", "does not end with one newline"),
+], ids=["another encoding", "mark", "tab", "line ends", "no newline", "two newlines"])  # fmt: skip
 def test_bytes_of_a_file_are_checked(change: Callable[[bytes], bytes], says: str, control: Path) -> None:
     file = control / "Pid.mo"
     assert list(form.encoding_complaints(file)) == []

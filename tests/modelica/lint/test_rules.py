@@ -45,14 +45,11 @@ def test_planted_fault_is_found(rule: str, body: str, tmp_path: Path) -> None:
     assert rule in planted(body, tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ('versionDate = "2026-11-26"', 'revisionId = "1"', "without_version: HystFMU: has no versionDate"),
-        ('conversion(noneFromVersion = "0.1.0"),', "", "without_version: HystFMU: has no conversion"),
-        ('preferredView = "info"', 'revisionId = "1"', 'without_view: HystFMU: has no preferredView = "info"'),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "says"), [
+    ('versionDate = "2026-11-26"', 'revisionId = "1"', "without_version: HystFMU: has no versionDate"),
+    ('conversion(noneFromVersion = "0.1.0"),', "", "without_version: HystFMU: has no conversion"),
+    ('preferredView = "info"', 'revisionId = "1"', 'without_view: HystFMU: has no preferredView = "info"'),
+])  # fmt: skip
 def test_fault_of_a_package_is_found(old: str, new: str, says: str, tmp_path: Path) -> None:
     body = library.text(library.ROOT / "package.mo")
     assert old in body

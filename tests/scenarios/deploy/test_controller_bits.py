@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from called import Array, Called, built_from_source, run_on_target, same_bits
 from click.testing import CliRunner
+from invoked import invoked
 
 import hystfmu as hy
 from hystfmu.cli import main
@@ -77,8 +78,7 @@ def test_commands_of_the_c_source(scenario: str, case: str, fmi: int, tmp_path: 
     _, _, ends, command = next(row for row in SHIPPED if row[:2] == (scenario, case))
     columns, want = recorded(scenario, case, ends, command)
     words = ["export", str(ROOT / "scenarios" / scenario), "--controller", "--case", case, "--fmi", str(fmi)]
-    done = CliRunner().invoke(main, [*words, "--source", "-o", str(tmp_path / "c.fmu")])
-    assert done.exit_code == 0, done.output
+    invoked([*words, "--source", "-o", str(tmp_path / "c.fmu")])
     made = built_from_source(tmp_path / "c.fmu", tmp_path / "built")
     same_bits(lambda: Called(made, tmp_path / "called"), columns, want)
 
@@ -98,8 +98,7 @@ def test_commands_of_the_files_for_a_target(scenario: str, case: str, language: 
     _, _, ends, command = next(row for row in SHIPPED if row[:2] == (scenario, case))
     columns, want = recorded(scenario, case, ends, command)
     words = ["export", str(ROOT / "scenarios" / scenario), "--controller", "--case", case, "--name", "loop"]
-    done = CliRunner().invoke(main, [*words, "--c", str(tmp_path / "target")])
-    assert done.exit_code == 0, done.output
+    invoked([*words, "--c", str(tmp_path / "target")])
     got = run_on_target(tmp_path / "target", "loop", columns, COMPILERS[language])
     assert got.tobytes() == want.tobytes()
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from invoked import invoked
 from reference_fmus import reference_fmu
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.run_fmu import run_fmu
 
 
@@ -168,30 +168,24 @@ def test_every_type_of_variable(tmp_path: Path, interface: str) -> None:
 
 
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("cell", "message"),
-    [
-        ("Int8_input\n0,200", "Int8_input: 200 does not fit the type Int8"),
-        ("UInt16_input\n0,-1", "UInt16_input: -1 does not fit the type UInt16"),
-        ("Int32_inputs\n0,1", "'Int32_inputs' is no input of"),
-    ],
-)
+@pytest.mark.parametrize(("cell", "message"), [
+    ("Int8_input\n0,200", "Int8_input: 200 does not fit the type Int8"),
+    ("UInt16_input\n0,-1", "UInt16_input: -1 does not fit the type UInt16"),
+    ("Int32_inputs\n0,1", "'Int32_inputs' is no input of"),
+])  # fmt: skip
 def test_a_value_that_cannot_be_carried_is_refused(tmp_path: Path, cell: str, message: str) -> None:
     (tmp_path / "in.csv").write_text(f"t,{cell}\n")
     with pytest.raises(Exception, match=message):
         run_fmu(reference_fmu("fmi3/Feedthrough"), tmp_path / "in.csv")
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("a,b\n1,2\n2,3\n", "a column of time is needed, named t or time; there are 'a', 'b'"),
-        ("t [m],v\n1,2\n2,3\n", "the time must be in s, "),
-        ("t,z\n1,2\n2,3\n", "'z' is no input of {}; there are v, u_1, u_2"),
-        ("t,u_1\n1,2\n2,3\n", "the input 'u' needs columns for all elements; 'u_2' is missing"),
-        ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and the table must have a row"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    ("a,b\n1,2\n2,3\n", "a column of time is needed, named t or time; there are 'a', 'b'"),
+    ("t [m],v\n1,2\n2,3\n", "the time must be in s, "),
+    ("t,z\n1,2\n2,3\n", "'z' is no input of {}; there are v, u_1, u_2"),
+    ("t,u_1\n1,2\n2,3\n", "the input 'u' needs columns for all elements; 'u_2' is missing"),
+    ("t,v\n1,2\n0.5,3\n", "the times must not decrease, and the table must have a row"),
+])  # fmt: skip
 def test_a_table_that_does_not_fit(pair: Path, text: str, said: str) -> None:
     table = pair.with_name("u.csv")
     table.write_text(text)
@@ -222,30 +216,24 @@ def test_columns_become_inputs_in_the_order_of_their_elements(pair: Path) -> Non
 
 @pytest.mark.turn("a foreign FMU alone")
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("given", "want"),
-    [
-        ({}, (0.5, 2.0)),
-        ({"stop": 3.0}, (0.5, 3.0)),
-        ({"step": 0.25}, (0.25, 2.0)),
-        ({"step": 1.0, "stop": 4.0}, (1.0, 4.0)),
-    ],
-)
+@pytest.mark.parametrize(("given", "want"), [
+    ({}, (0.5, 2.0)),
+    ({"stop": 3.0}, (0.5, 3.0)),
+    ({"step": 0.25}, (0.25, 2.0)),
+    ({"step": 1.0, "stop": 4.0}, (1.0, 4.0)),
+])  # fmt: skip
 def test_times_and_steps(pair: Path, given: dict[str, float], want: tuple[float, float]) -> None:
     run = run_fmu(pair, None, None, **given)  # type: ignore[arg-type]
     assert (run.t[1], run.t[-1]) == want
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        ({"stop": -1.0}, "the stop time must be finite and after the start at 0 s; got -1"),
-        ({"step": 0.0, "stop": 1.0}, "the step must be finite and greater than 0; got 0"),
-        ({"step": 1e-12, "stop": 1.0}, "1e\\+12 steps of 1e-12 s; at least 1 and at most 10000000 can run"),
-        ({"settings": {"kk": 1}}, "no parameter 'kk'; there are b, a"),
-        ({}, "The FMU states no stop time. Give it with --stop"),
-    ],
-)
+@pytest.mark.parametrize(("more", "message"), [
+    ({"stop": -1.0}, "the stop time must be finite and after the start at 0 s; got -1"),
+    ({"step": 0.0, "stop": 1.0}, "the step must be finite and greater than 0; got 0"),
+    ({"step": 1e-12, "stop": 1.0}, "1e\\+12 steps of 1e-12 s; at least 1 and at most 10000000 can run"),
+    ({"settings": {"kk": 1}}, "no parameter 'kk'; there are b, a"),
+    ({}, "The FMU states no stop time. Give it with --stop"),
+])  # fmt: skip
 def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, Any], message: str) -> None:
     graph = Graph.single(Node("lag", "transfer_function", {"na": 1, "nb": 0}, {"b": [1.0], "a": [0.1, 1.0]}))
     export_fmu(graph.with_step(1e-3), tmp_path / "lag.fmu")
@@ -257,9 +245,6 @@ def test_a_run_that_makes_no_sense_is_refused(tmp_path: Path, more: dict[str, An
 
 @pytest.mark.turn("a foreign FMU alone")
 def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
-    from click.testing import CliRunner
-
-    from hystfmu.cli import main
 
     export_fmu(Graph.single(Node("gain", "scaling", {"n": 1})).with_step(0.01), tmp_path / "gain.fmu")
     (tmp_path / "in.csv").write_text("t,u\n0,0\n1,1\n")
@@ -267,10 +252,8 @@ def test_the_command_writes_all_outputs(tmp_path: Path) -> None:
     command = [
         "simulate", str(tmp_path / "gain.fmu"), "--input", str(tmp_path / "in.csv"), "--set", "gain=-3", "--stop", "1",
     ]  # fmt: skip
-    done = CliRunner().invoke(main, [*command, "--step", "0.25", "-o", str(out)])
-    assert done.exit_code == 0, done.output
+    done = invoked([*command, "--step", "0.25", "-o", str(out)])
     assert out.read_text() == "t,y\n0.0,0.0\n0.25,0.0\n0.5,-0.75\n0.75,-1.5\n1.0,-2.25\n"
     assert "5 rows, 0 to 1 s\ny  min -2.25  max 0  end -2.25" in done.output
-    done = CliRunner().invoke(main, [*command, "--coupling", "jacobi"])
-    assert done.exit_code == 2
+    done = invoked([*command, "--coupling", "jacobi"], status=2)
     assert "gain.fmu: --coupling is an option of .ssp files." in done.output

@@ -15,9 +15,8 @@ from engines import ready
 from reference_fmus import reference_fmu
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, InputError, Node
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Run, simulate
 from hystfmu.scenario.engine.simulation import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace
@@ -50,16 +49,13 @@ def test_parameters_are_set_by_name_and_scaled(loop: Any, write: Any, fmi: int, 
 
 @pytest.mark.some(1)
 @pytest.mark.parametrize("engine", ["fmpy", "native"])
-@pytest.mark.parametrize(
-    ("defect", "message"),
-    [
-        pytest.param("abort()", "the process that ran bad crashed .SIGABRT.", marks=pytest.mark.stress),
-        ("*(volatile int *)0 = 0", "the process that ran bad crashed .SIGSEGV."),
-        (SLEEPS, "not finished after 1 s"),
-        pytest.param(SPINS, "not finished after 1 s", marks=pytest.mark.stress),
-        ("return fmi2Error", "bad refuses the step"),
-    ],
-)
+@pytest.mark.parametrize(("defect", "message"), [
+    pytest.param("abort()", "the process that ran bad crashed .SIGABRT.", marks=pytest.mark.stress),
+    ("*(volatile int *)0 = 0", "the process that ran bad crashed .SIGSEGV."),
+    (SLEEPS, "not finished after 1 s"),
+    pytest.param(SPINS, "not finished after 1 s", marks=pytest.mark.stress),
+    ("return fmi2Error", "bad refuses the step"),
+])  # fmt: skip
 def test_what_foreign_code_does_stays_in_its_process(
     loop: Any, write: Any, engine: str, defect: str, message: str
 ) -> None:
@@ -75,15 +71,12 @@ def test_what_foreign_code_does_stays_in_its_process(
         simulate(system, run=Run(engine, seconds=1.0 if "finished" in message else 60.0))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("where", "steps", "hangs"),
-    [
-        pytest.param("local", 4, SLEEPS, marks=pytest.mark.stress),
-        pytest.param("cluster", 2, SLEEPS, marks=pytest.mark.stress),
-        pytest.param("local", 10, SPINS, marks=pytest.mark.stress),
-        pytest.param("cluster of processes", 4, SPINS, marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.parametrize(("where", "steps", "hangs"), [
+    pytest.param("local", 4, SLEEPS, marks=pytest.mark.stress),
+    pytest.param("cluster", 2, SLEEPS, marks=pytest.mark.stress),
+    pytest.param("local", 10, SPINS, marks=pytest.mark.stress),
+    pytest.param("cluster of processes", 4, SPINS, marks=pytest.mark.stress),
+])  # fmt: skip
 def test_a_poison_and_an_endless_fmu_are_rows_of_a_study(
     loop: Any, write: Any, tmp_path: Path, where: str, steps: int, hangs: str
 ) -> None:
@@ -230,14 +223,11 @@ def moved(to: str) -> Edit:
     return lambda name, content: (re.sub(r"^binaries/[^/]*/plays", f"binaries/{to}", name), content)
 
 
-@pytest.mark.parametrize(
-    ("edit", "there"),
-    [
-        (lambda n, c: None if n.startswith("binaries/") else (n, c), "it has no binaries"),
-        (moved("vax64/plays"), "it has binaries for vax64"),
-        (moved("{own}/other"), "there is other"),
-    ],
-)
+@pytest.mark.parametrize(("edit", "there"), [
+    (lambda n, c: None if n.startswith("binaries/") else (n, c), "it has no binaries"),
+    (moved("vax64/plays"), "it has binaries for vax64"),
+    (moved("{own}/other"), "there is other"),
+])  # fmt: skip
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_no_binary_for_this_platform(tmp_path: Path, edit: Edit, there: str, fmi: int) -> None:
     own = fmpy.platform if fmi == 2 else fmpy.platform_tuple
@@ -249,19 +239,16 @@ def test_no_binary_for_this_platform(tmp_path: Path, edit: Edit, there: str, fmi
     assert str(e.value).endswith(f"Ask its maker for one for {own}.")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('modelIdentifier="plays"', 'modelIdentifier="../../plays"', r"modelIdentifier must be the name of a file"),
-        ('modelIdentifier="plays"', f'modelIdentifier="{"p" * 400}"', "no binary for this platform: .* is missing"),
-        ('fmiVersion="2.0"', "", r"fmiVersion must be 1\.0, 2\.0 or 3\.0\. Got '' instead"),
-        ("UTF-8", "UTF-7", "modelDescription.xml: "),
-        ('valueReference="0"', 'valueReference="a"', r"\(line \d+.*valueReference': 'a' is not a valid value"),
-        ('stopTime="[^"]*"', 'stopTime="soon"', r"stopTime must be a number\. Got 'soon' instead"),
-        ('name="u"(.*\n.*)start="0.0"', r'name="u"\1start="zero"', r"u: the start value must be a number\. Got 'zero'"),
-        ('name="u"', 'name="z_1"', r"names of their own\. 'z_1' occurs twice"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ('modelIdentifier="plays"', 'modelIdentifier="../../plays"', r"modelIdentifier must be the name of a file"),
+    ('modelIdentifier="plays"', f'modelIdentifier="{"p" * 400}"', "no binary for this platform: .* is missing"),
+    ('fmiVersion="2.0"', "", r"fmiVersion must be 1\.0, 2\.0 or 3\.0\. Got '' instead"),
+    ("UTF-8", "UTF-7", "modelDescription.xml: "),
+    ('valueReference="0"', 'valueReference="a"', r"\(line \d+.*valueReference': 'a' is not a valid value"),
+    ('stopTime="[^"]*"', 'stopTime="soon"', r"stopTime must be a number\. Got 'soon' instead"),
+    ('name="u"(.*\n.*)start="0.0"', r'name="u"\1start="zero"', r"u: the start value must be a number\. Got 'zero'"),
+    ('name="u"', 'name="z_1"', r"names of their own\. 'z_1' occurs twice"),
+])  # fmt: skip
 def test_description_that_cannot_be_read(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = edited(tmp_path, described(old, new))
     with pytest.raises(InputError, match=message) as e:

@@ -98,15 +98,12 @@ def differences(system: System) -> tuple[float, float]:
 
 
 @pytest.mark.some(1)
-@pytest.mark.parametrize(
-    ("name", "case"),
-    [
-        pytest.param(
-            *c, marks=() if c[0] in QUICK and c[1] is None else pytest.mark.stress, id="/".join(filter(None, c))
-        )
-        for c in CASES
-    ],
-)
+@pytest.mark.parametrize(("name", "case"), [
+    pytest.param(
+        *c, marks=() if c[0] in QUICK and c[1] is None else pytest.mark.stress, id="/".join(filter(None, c))
+    )
+    for c in CASES
+])  # fmt: skip
 def test_a_scenario_agrees_with_its_independent_simulation(name: str, case: str | None) -> None:
     along, error = differences(case_of(name, case))
     assert along < TOLERANCE

@@ -6,12 +6,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 import tuned
-from click.testing import CliRunner
+from invoked import invoked
 from scripts import loaded
 from tracking_table import baseline
 
 import hystfmu as hy
-from hystfmu.cli import main
 from hystfmu.data import Dataset
 from hystfmu.data.signals import decaying_sine
 from hystfmu.identify import fit
@@ -155,15 +154,13 @@ def test_the_exact_inverse_leaves_rounding_only() -> None:
             assert metrics["worst"] <= 1e-10, case  # percent of stroke: 1e-12 of it
 
 
-@pytest.mark.some(0.5)
-@pytest.mark.parametrize(
-    ("names", "case"),
-    [
-        (("cascade_static",), None),
-        (("pid",), "sine_10"),
-        pytest.param(("pid", "cascade_static"), None, marks=pytest.mark.stress),
-    ],
-)
+@pytest.mark.turn("shipped loops")
+@pytest.mark.some(1)
+@pytest.mark.parametrize(("names", "case"), [
+    (("cascade_static",), None),
+    (("pid",), "sine_10"),
+    pytest.param(("pid", "cascade_static"), None, marks=pytest.mark.stress),
+])  # fmt: skip
 def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: str | None) -> None:
     results = hy.run([ROOT / name for name in names], report=tmp_path, case=case)
     assert {r.scenario for r in results} == set(names)
@@ -171,7 +168,8 @@ def test_they_pass_on_real_fmus(tmp_path: Path, names: tuple[str, ...], case: st
     assert (tmp_path / "report.html").exists()
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("shipped loops")
+@pytest.mark.some(1)
 @pytest.mark.parametrize("case", ["up_400_two_steps_100", pytest.param(None, marks=pytest.mark.stress)])
 def test_the_loops_at_10_khz_pass_in_the_core(case: str | None) -> None:
     """Against limits and baselines, without FMUs, which give the same bits."""
@@ -189,16 +187,13 @@ def test_papers_are_complete(folder: Path) -> None:
     assert all(unit.fmu is None and unit.graph is None for c in scenario.cases for unit in c.units.values())
 
 
-@pytest.mark.parametrize(
-    ("name", "metric", "printed"),
-    [
-        ("zhao_tan_2008", "worst", 100 * 0.0617 / 2),
-        ("zhao_tan_2008_model", "worst", 100 * 0.026735 / 2),
-        ("zhao_tan_2008_model", "error", 100 * 0.01027 / 2),
-        ("ipmc_bfbnn", "worst", 0.014),
-        ("ipmc_bfbnn", "worst_without_f", 0.14),
-    ],
-)
+@pytest.mark.parametrize(("name", "metric", "printed"), [
+    ("zhao_tan_2008", "worst", 100 * 0.0617 / 2),
+    ("zhao_tan_2008_model", "worst", 100 * 0.026735 / 2),
+    ("zhao_tan_2008_model", "error", 100 * 0.01027 / 2),
+    ("ipmc_bfbnn", "worst", 0.014),
+    ("ipmc_bfbnn", "worst_without_f", 0.14),
+])  # fmt: skip
 def test_the_limits_are_the_figures_of_the_papers(name: str, metric: str, printed: float) -> None:
     for case in Cases(ROOT / "papers" / name).cases:
         met = baseline(f"papers/{name}")[case.name][metric] <= printed
@@ -237,8 +232,7 @@ def test_the_loop_of_2005_tracks_better_than_its_inverse_and_that_better_than_no
 
 @pytest.mark.stress
 def test_the_experiments_of_the_papers_run_from_their_folder(tmp_path: Path) -> None:
-    result = CliRunner().invoke(main, ["run", str(ROOT / "papers"), "--report", str(tmp_path)])
-    assert result.exit_code == 0, result.output
+    result = invoked(["run", str(ROOT / "papers"), "--report", str(tmp_path)])
     assert (tmp_path / "report.html").exists()
     assert all(folder.name in result.output for folder in PAPERS)
 
@@ -249,24 +243,19 @@ def test_the_experiments_of_the_papers_run_from_their_folder(tmp_path: Path) -> 
 def test_a_plant_that_is_20_percent_off_fails_with_scenario_metric_value_limit(
     parameter: str, cases: tuple[str, ...]
 ) -> None:
-    result = CliRunner().invoke(main, ["run", str(ROOT / "cascade"), *cases, "--set", f"plant.{parameter}=*1.2"])
-    assert result.exit_code == 1, result.output
+    result = invoked(["run", str(ROOT / "cascade"), *cases, "--set", f"plant.{parameter}=*1.2"], status=1)
     lines = [line for line in result.output.splitlines() if line.startswith("cascade/exact_10: tracking (")]
     assert any("exceeds the limit" in line for line in lines), result.output
 
 
-@pytest.mark.parametrize(
-    ("name", "setting", "said"),
-    [
-        ("example_tube", "lag.a_1=*1.1", None),
-        ("example_tube", "lag.a_1=*2", "(the tube of 0.0004 s and 0.01 of its largest value)"),
-        ("example_final_states", "plant.r_3=0.45", "example_final_states/nominal: the final states of plant ("),
-    ],
-)
+@pytest.mark.parametrize(("name", "setting", "said"), [
+    ("example_tube", "lag.a_1=*1.1", None),
+    ("example_tube", "lag.a_1=*2", "(the tube of 0.0004 s and 0.01 of its largest value)"),
+    ("example_final_states", "plant.r_3=0.45", "example_final_states/nominal: the final states of plant ("),
+])  # fmt: skip
 def test_an_example_says_what_its_file_promises(name: str, setting: str, said: str | None) -> None:
     assert f"--set '{setting}'" in (ROOT / name / "scenario.toml").read_text()
-    result = CliRunner().invoke(main, ["run", str(ROOT / name), "--engine", "native", "--set", setting])
-    assert result.exit_code == 0, result.output
+    result = invoked(["run", str(ROOT / name), "--engine", "native", "--set", setting])
     assert ("changed against the baseline" in result.output) == (said is not None)
     assert said is None or said in result.output
 

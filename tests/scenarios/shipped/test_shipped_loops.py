@@ -67,6 +67,7 @@ def changed(gain: float, weights: float) -> dict[str, float]:
     return {"gain__step": gain - 1, "weights__step": weights - 1}
 
 
+@pytest.mark.turn("shipped loops")
 def test_after_a_load_change_it_is_as_good_as_a_model_identified_anew() -> None:
     """Gain and weights +20 %: third period at 10 and 100 Hz; random reversals from 0.2 s after the change."""
     anew = identified_anew(1.2, 1.2, 3)
@@ -109,6 +110,7 @@ def test_without_feedback_and_change_it_is_better_than_the_model_it_began_with()
     assert tracking("adaptive", "nominal_10") <= 0.7 * tracking("adaptive", "nominal_10", **still)
 
 
+@pytest.mark.turn("shipped loops")
 @pytest.mark.parametrize("f_n", [400.0, 600.0])
 def test_dynamics_that_are_20_percent_off_do_less_harm_than_without_learning(f_n: float) -> None:
     omega, still = 2 * np.pi * f_n, {"inverse__adaptive_sd": [0.0] * 21, **changed(1.0, 1.0)}
@@ -140,6 +142,7 @@ def test_filters_of_the_scenario_are_those_of_the_design() -> None:
     assert values["l"] == pytest.approx(found.l, rel=1e-3, abs=1e-6)
 
 
+@pytest.mark.turn("shipped loops")
 @pytest.mark.parametrize("name", ["internal_model", "repetitive"])
 def test_loop_is_stable_in_all_corners_with_two_steps(name: str) -> None:
     assert opened(name, "sine_10").margins().Ms_db <= 6.0
@@ -280,6 +283,7 @@ def test_the_page_says_by_how_much_the_corners_are_missed() -> None:
     assert said in " ".join((REPOSITORY / "python" / "docs" / "tracking.md").read_text().split())
 
 
+@pytest.mark.turn("shipped loops")
 @pytest.mark.parametrize("corner", ["up_400", "down_400"])
 def test_the_gains_without_the_lag_of_the_field_are_unstable(corner: str) -> None:
     given, own = (Cases(REPOSITORY / "scenarios" / name) for name in ("pid", "magnetostrictive/pid"))
@@ -358,6 +362,7 @@ def test_the_readme_states_the_figures() -> None:
     )
 
 
+@pytest.mark.turn("shipped loops")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("scenario", ["pid", "pid_observer"])
 def test_no_drawn_law_is_30_percent_better_than_both(script: ModuleType, scenario: str) -> None:

@@ -108,6 +108,7 @@ def worst_and_best(results: Sequence[CaseResult]) -> str:
     shown = sorted((r for r in results if r.trace is not None), key=nearness)
     if not shown:
         return ""
+    shown = [r for r in shown if (v := main_verdict(r)) is None or v.limit] or shown  # no cases for comparison
     chosen = [("Worst against its limit:", shown[-1]), ("Best:", shown[0])] if len(shown) > 1 else [("", shown[0])]
     return f'<div class="plots hero">{"".join(_column(name, r) for name, r in chosen)}</div>'
 
