@@ -143,7 +143,7 @@ def test_structures_that_know_the_resonance_are_faster_than_an_integral(seen: Ra
     assert all(t.ms_db <= 6 and t.set_ms_db <= 12 for t in seen.found)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a redesigned loop")
 def test_the_winner_is_stable_on_plants_drawn_inside_the_set(seen: Race) -> None:
     rng = np.random.default_rng()
     for _ in range(8):

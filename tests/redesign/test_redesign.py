@@ -37,6 +37,7 @@ def test_the_written_scenario_runs_and_keeps_its_margins(designed: tuple[Path, R
     assert command("margins", folder / "learning").exit_code == 0
 
 
+@pytest.mark.turn("a redesigned loop")
 def test_taps_of_the_file_are_those_of_the_design_bit_for_bit(designed: tuple[Path, Result]) -> None:
     folder, _ = designed
     unit = tomllib.loads((folder / "learning" / "scenario.toml").read_text())["units"]["repetitive"]
@@ -153,6 +154,7 @@ def test_nothing_winds_up_while_a_command_is_limited() -> None:
     assert after["up_400_10"] < 0.8 * found.before["up_400_10"]
 
 
+@pytest.mark.turn("a redesigned loop")
 def test_a_range_that_the_reference_leaves_winds_nothing_up(tmp_path: Path) -> None:
     """Commands beyond the range of an amplifier behind the inverse: after 150 periods the error is that without."""
     table = loop().table
@@ -241,6 +243,7 @@ def test_a_structure_that_knows_the_mode_is_faster_than_the_integral(told_of: Ca
     assert told_of("irc")["bandwidth_hz"] > 2 * told_of("integral")["bandwidth_hz"]
 
 
+@pytest.mark.turn("a redesigned loop")
 @pytest.mark.parametrize("name", ["integral", "irc"])
 def test_peaks_of_the_sensitivity_are_those_of_the_gains_in_the_file(
     folder: Path, told_of: Callable[[str], dict[str, Any]], name: str
@@ -260,6 +263,7 @@ def test_peaks_of_the_sensitivity_are_those_of_the_gains_in_the_file(
     assert told["Ms_db"] == pytest.approx(20 * np.log10(S.max()), abs=0.05)
 
 
+@pytest.mark.turn("a redesigned loop")
 def test_what_cannot_be_reached_is_refused_with_what_can(
     folder: Path, told_of: Callable[[str], dict[str, Any]]
 ) -> None:

@@ -16,9 +16,8 @@ from invoked import invoked
 from stacks import OPTIONS, SHEET, as_it_comes, demo, knee, slopes
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.cli import main
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.modelica.actuator.mechanics import COUPLING, PIEZO, Sheet
 from hystfmu.modelica.actuator.slot import thinned
 
