@@ -8,9 +8,8 @@ from excitation import perturbed, rows, run, some
 from loop_blocks import BLOCKS, parameters
 from numpy.typing import NDArray
 
-from hystfmu.base.errors import InputError
+from hystfmu import InputError, Node
 from hystfmu.core.library import BlockType, block_types
-from hystfmu.graph import Node
 
 Array = NDArray[np.float64]
 LAGS = [(1, 0, 0), (3, 2, 0), (2, 2, 2), (1, 0, 4)]
@@ -82,7 +81,7 @@ def drawn(block: BlockType, values: dict[str, Any], rng: np.random.Generator) ->
     return Node("b", block.name, dims, given)
 
 
-@pytest.mark.some(15)
+@pytest.mark.some(10)
 @pytest.mark.parametrize("name", [n for n in BLOCKS if n != "recursive_least_squares"])  # see test_adaptive_inverse.py
 def test_the_core_computes_what_the_oracle_defines(name: str) -> None:
     block, rng = block_types()[name], np.random.default_rng(1)

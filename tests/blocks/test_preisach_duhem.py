@@ -6,8 +6,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import fit
 from hystfmu.identify.features.smooth_density import smooth_density, splines, triangles
 from hystfmu.identify.methods.duhem import basis

@@ -6,10 +6,9 @@ import numpy as np
 from excitation import STEP, every_block, perturbed, rows, run, some
 from raw import MARK, Raw
 
+from hystfmu import Graph, Unit
 from hystfmu.core.library import block_types
-from hystfmu.graph import Graph
 from hystfmu.model import Model
-from hystfmu.unit import Unit
 
 
 @every_block

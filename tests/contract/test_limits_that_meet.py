@@ -11,9 +11,8 @@ import pytest
 from excitation import default, every_block
 from raw import Raw
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, InputError, Node
 from hystfmu.core.library import BlockType, block_types
-from hystfmu.graph import Graph, Node
 from hystfmu.graph.listing import group
 
 CLAMPED = "u_min must not be greater than u_max"

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from series import series
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.design import describing_function, gains, linearise, loop, margins, sector, to_control
 from hystfmu.design.delays import unfolded
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
@@ -252,7 +251,9 @@ def plays_and_lag(gain: float = 1.0) -> Graph:
 
 def test_slopes_of_a_play_are_those_inside_and_outside() -> None:
     path = np.sin(np.linspace(0.0, 9.0, 4001))
-    assert sector(path, plays_and_lag(1.5), h=STEP) == pytest.approx((1.5 * W0, 1.5 * (W0 + W)), rel=1e-9)
+    late = series(*plays_and_lag(1.5).nodes, Node("late", "delay", {"n": 3}))
+    for part in (plays_and_lag(1.5), late):
+        assert sector(path, part, h=STEP) == pytest.approx((1.5 * W0, 1.5 * (W0 + W)), rel=1e-9)
 
 
 def test_exact_inverse_leaves_the_gain_of_the_dynamics_and_a_wrong_one_the_ratio() -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from scipy.linalg import expm, solve_discrete_lyapunov
 
 from hystfmu.base.errors import InputError
 from hystfmu.design import loop_shaping
@@ -101,15 +101,30 @@ def test_ranges_of_the_values_of_each_structure(f_n: tuple[float, ...], f: float
         assert {k: pytest.approx(v) for k, v in bounds.items()} == found, name
 
 
-def closed(tuned: Race, p: Plant, slope: float) -> float:
-    """Return the largest pole of the loop of the winner and a plant, from state spaces."""
+def closed_with(tuned: Race, p: Plant, slope: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the loop of the winner and a plant from state spaces: A, B from the noise of the sensor, C to y."""
     best = tuned.winner
     assert best is not None
     A, B, C, D = sampled(best.structure.graph(best.design, best.values, best.Ki), H)
     F, G, K, _ = state_space(p, H)
     B, D = B[:, 1:2] * slope, D[:, 1:2] * slope  # from y
     top = np.hstack([A, B @ K])
-    return float(np.abs(np.linalg.eigvals(np.vstack([top, np.hstack([G @ C, F + G @ D @ K])]))).max())
+    M, N = np.vstack([top, np.hstack([G @ C, F + G @ D @ K])]), np.vstack([B, G @ D])
+    return M, N, np.hstack([np.zeros((1, len(A))), K])
+
+
+def closed(tuned: Race, p: Plant, slope: float) -> float:
+    """Return the largest pole of the loop of the winner and a plant."""
+    return float(np.abs(np.linalg.eigvals(closed_with(tuned, p, slope)[0])).max())
+
+
+def test_noise_gain_with_a_light_mode_is_that_of_the_covariance() -> None:
+    light = Plant((180.0,), (0.005,), (1.0,), H)
+    plants = plant_set(light, H, (0.9, 1.1), errors=[(0.4, 2e-4, 0.01)], computing=0.0)
+    found = race(plants, Design(light, H, 0), AIM, names=["integral"])
+    M, N, C = closed_with(found, light, 1.0)
+    assert found.winner is not None
+    assert found.winner.noise_gain == pytest.approx((C @ solve_discrete_lyapunov(M, N @ N.T) @ C.T)[0, 0] ** 0.5, 0.01)
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +143,7 @@ def test_structures_that_know_the_resonance_are_faster_than_an_integral(seen: Ra
     assert all(t.ms_db <= 6 and t.set_ms_db <= 12 for t in seen.found)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("a redesigned loop")
 def test_the_winner_is_stable_on_plants_drawn_inside_the_set(seen: Race) -> None:
     rng = np.random.default_rng()
     for _ in range(8):

@@ -31,7 +31,7 @@ def documented() -> dict[str, object]:
     return found | {f"Model.{name}": getattr(hy.Model, name) for name in CALLS}
 
 
-@pytest.mark.some(6)
+@pytest.mark.some(4)
 @pytest.mark.parametrize("name", documented())
 def test_examples_print_what_they_say(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)

@@ -103,6 +103,7 @@ def test_a_shipped_scenario_is_read_run_changed_and_saved_elsewhere(tmp_path: Pa
         hy.run(loop, engine="native", record=True)
 
 
+@pytest.mark.turn("scenarios of the face")
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", ["cascade_learned", "sliding_mode_2005_1khz"])
 def test_a_copy_of_a_shipped_scenario_runs_the_same_systems(name: str, tmp_path: Path):

@@ -15,10 +15,9 @@ from fmu_master import BLOCKS, OK, H, loop, mixed, rows, single
 from runners import run_by_fmpy, run_by_unit
 
 import hystfmu as hy
-from hystfmu import Dataset, Model
+from hystfmu import Dataset, Graph, Input, Model, Node, Output
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write.measures import base_unit
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.dependencies import dependencies
 from hystfmu.identify import fit
 

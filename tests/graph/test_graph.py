@@ -5,9 +5,8 @@ import plants
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
-from hystfmu import Graph, InputError, Model, Node, Unit
+from hystfmu import Graph, Input, InputError, Model, Node, Output, Unit
 from hystfmu.base.arrays import Array
-from hystfmu.graph import Input, Output
 from hystfmu.graph.recursion import Recursion, discretised, parallel_lags
 
 PLAYS = {"r": [0.1, 0.2, 0.3], "w": [1.0, 2.0, 0.5], "w0": 0.7}

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.executor import Executor
 from hystfmu.core.library import RawError, block_types, library
-from hystfmu.graph import Graph, Input, Node, Output
 
 DAMAGED = "the block file is damaged or not a block file"
 SIZE, WIRING = "a size is out of range", "a connection names a port that does not exist"

@@ -6,10 +6,8 @@ import pytest
 from scipy.optimize import brentq
 from test_inverse import chain, dead_zones, fitted, plays_only, wanted
 
-from hystfmu import Graph, InputError, Model, Node, Unit
+from hystfmu import Graph, Input, InputError, Model, Node, Output, Unit, signals
 from hystfmu.core.executor import ContinuousExecutor
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse
 from hystfmu.scenario import Cases, build, simulate, to_graph
 

@@ -9,9 +9,7 @@ import plants
 import pytest
 from series import series
 
-from hystfmu import Dataset, Graph, InputError, Model, Node
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
+from hystfmu import Dataset, Graph, Input, InputError, Model, Node, Output, signals
 from hystfmu.identify import fit
 from hystfmu.inverse import Inverses, inverse, learned
 from hystfmu.inverse.ports import over_range
@@ -156,7 +154,7 @@ def test_dead_zones_that_fall_have_no_inverse(w0, r, w, slope):
         inverse(dead_zones(w0, r, w))
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("inverses of fits")
 def test_an_inverse_states_what_it_is_worth():
     """Against the cascade run here, on one of the signals."""
     m = fitted("zhao_tan_mlp", iterations=40, starts=1)
@@ -171,6 +169,7 @@ def test_an_inverse_states_what_it_is_worth():
     assert inverse(chain()).fit == {}  # the range of its input is unknown
 
 
+@pytest.mark.turn("inverses of fits")
 def test_identified_with_noise_its_inverse_linearises_the_true_plant():
     """S6: 0.1 % noise, at most 0.05 % of span in cascade with the plant itself, on held-out signals."""
 
@@ -198,7 +197,7 @@ def test_learned_inverse_of_ten_backlashes_by_the_recipe_of_the_papers():
     assert "warnings" not in made.fit
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("inverses of fits")
 def test_a_model_that_falls_against_its_input_is_warned_of():
     record = nested_loops.recorded(zhao_tan_2008.actuator(), 60)  # without linear term
     seen: list[float] = []
@@ -230,7 +229,8 @@ def test_where_no_exact_inverse_exists_the_reason_is_said(make, words):
         assert w in str(e.value)
 
 
-@pytest.mark.some(0.5)
+@pytest.mark.turn("inverses of fits")
+@pytest.mark.some(1)
 @pytest.mark.parametrize(("key", "static", "options"), [
     ("rate_mlp", False, {"starts": 1, "iterations": 5, "N": 4}),
     ("preisach", True, {"n": 12, "widths": 8, "means": 3}),

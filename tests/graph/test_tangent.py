@@ -5,9 +5,7 @@ import pytest
 from test_continuous import bank_and_network, executor, outputs, put
 from test_inverse import fitted
 
-from hystfmu import Graph, Node
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
+from hystfmu import Graph, Input, Node, Output, signals
 from hystfmu.inverse import inverse
 
 H = 1e-3

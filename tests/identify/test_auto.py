@@ -8,8 +8,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import auto, fit, options
 from hystfmu.identify.catalogue import candidates
 from hystfmu.identify.excitation.minor_loops import examine

@@ -9,8 +9,7 @@ import plants
 import pytest
 from scipy.optimize import nnls
 
-from hystfmu import Dataset, InputError, Model
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, Model, signals
 from hystfmu.identify import METHODS, fit, options
 from hystfmu.identify.features.plays import thresholds
 from hystfmu.identify.network.training import train

@@ -8,8 +8,7 @@ import plants
 import pytest
 from random_plants import draw
 
-from hystfmu import Dataset, InputError, Model, blocks
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, Model, blocks, signals
 from hystfmu.identify import cuts
 from hystfmu.identify.catalogue import ANY, Candidate, candidates
 from hystfmu.identify.cuts import EVERY, beginning, fitted_and_held, shortened, validation_rows

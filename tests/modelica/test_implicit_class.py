@@ -10,9 +10,8 @@ import pytest
 import simulate
 from made_graphs import MADE, chain, static_forms
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.library import block_types
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 import simulate
 
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu import Graph, Input, Node, Output, Unit
 from hystfmu.model import Model
 from hystfmu.scenario import Cases
-from hystfmu.unit import Unit
 
 SCENARIOS = library.ROOT.parents[1] / "scenarios"
 OMEGA_N = 2 * np.pi * 500

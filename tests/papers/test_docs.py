@@ -13,9 +13,8 @@ import pytest
 import reasons
 from invoked import invoked
 
-from hystfmu.base.errors import InputError
+from hystfmu import InputError, signals
 from hystfmu.cli import main
-from hystfmu.data import signals
 from papers import PAPERS, quick
 from papers.statements.branches import area, crossings, least_slope
 

@@ -12,9 +12,8 @@ import pytest
 import reasons
 from click.testing import CliRunner
 
-from hystfmu import Dataset
+from hystfmu import Dataset, signals
 from hystfmu.cli import main
-from hystfmu.data import signals
 from papers import drawn_plants, fresh_plants, loops, reproduce, yu_alici_2005_smc
 from papers.loops import ASKED, ASKED_PERIODIC, CORNERS, Structure
 from papers.table import Report, figure

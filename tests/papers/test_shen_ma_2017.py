@@ -10,9 +10,7 @@ import pytest
 import reasons
 from scipy.optimize import minimize
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
-from hystfmu.graph import Graph, Node
+from hystfmu import Dataset, Graph, InputError, Node, signals
 from hystfmu.identify import fit, options
 from hystfmu.identify.catalogue import resolve
 from hystfmu.identify.methods.constraint_factor_mlp import (

@@ -6,8 +6,7 @@ import pytest
 import reasons
 
 import hystfmu as hy
-from hystfmu import Dataset, InputError, Model
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, Model, signals
 from hystfmu.identify import fit
 from hystfmu.identify.methods.weighted_sums import grid
 from hystfmu.identify.solvers.trainers import TRAINERS

@@ -10,9 +10,8 @@ import pytest
 from drawn_unit import Variable, drawn_fmu
 from engines import ready
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.ssp.container import joined
 from hystfmu.scenario.ssp.measures import SSC
 from hystfmu.scenario.ssp.read import OSP, OURS, REFERENCE, SSD, Ssp, read_ssp, run_ssp

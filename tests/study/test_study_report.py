@@ -378,6 +378,8 @@ def test_the_spread_of_a_metric():
     m, n = summary._spreads("a", {}, rows)
     assert (m.worst, m.percentiles[3], m.limit, m.within) == (math.inf, math.inf, None, None)
     assert n.percentiles == (math.inf,) * 4
+    none_ran = summary._spreads("a", {"m": 49.0}, [outcome(0, "a", "refused")])
+    assert none_ran == [Spread("a", "m", (math.inf,) * 4, math.inf, 49.0, 0.0)]
 
 
 LIMITED = (Spread("a", "m", (1.0, 2.0, 3.0, 4.0), 5.0, 3.0, 0.6),)

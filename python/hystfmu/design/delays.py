@@ -41,7 +41,7 @@ def cut(graph: Graph, sort: bool = True) -> Cut:
     blocks are sorted again, which a continuous graph requires. If it is False, the order of the blocks does not change,
     as a sampled graph requires.
     """
-    graph = unfolded(graph)
+    graph = unfolded(graph, sort)
     delays = [n for n in graph.nodes if n.type == DELAY]
     if not delays:
         return Cut(graph, ())
@@ -63,20 +63,22 @@ def cut(graph: Graph, sort: bool = True) -> Cut:
     return Cut(opened, tuple(n.dims["n"] for n in delays))
 
 
-def unfolded(graph: Graph) -> Graph:
-    """Return a graph in which one-step delays and a sum replace each FIR filter.
+def is_fir(node: Node) -> bool:
+    """Return whether a block is an FIR filter: a `polynomial_narx` of degree 1 that depends only on its input."""
+    return node.type == WEIGHTS and node.dims["q"] == 1 and not (node.dims["n_f"] or node.dims["n_y"])
 
-    An FIR filter is a block `polynomial_narx` of degree 1 that depends only on its input.
-    """
+
+def unfolded(graph: Graph, sort: bool = True) -> Graph:
+    """Return a graph in which one-step delays and a sum replace each FIR filter. For `sort` see `cut`."""
     nodes: list[Node] = []
     wires, own, to = list(graph.wires), list[tuple[str, str]](), dict[str, str]()
     for n in graph.nodes:
-        if n.type != WEIGHTS or n.dims["q"] > 1 or n.dims["n_f"] or n.dims["n_y"]:
+        if not is_fir(n):
             nodes.append(n)
             continue
         count, theta = n.dims["n_u"], n.value("theta")
         line = [Node(f"{n.name}_0", "scaling", {"n": 1})]
-        past = {"y0": _at_start(graph, f"{n.name}.u")}
+        past = {"y0": _at_start(graph, f"{n.name}.u", sort)}
         line += [Node(f"{n.name}_{i}", DELAY, {"n": 1}, past) for i in range(1, count + n.dims["n_k"])]
         nodes += [*line, Node(n.name, "sum", {"n": count}, {"k": theta[:-1], "offset": theta[-1]})]
         wires += [(f"{a.name}.y", f"{b.name}.u") for a, b in pairwise(line)]
@@ -88,17 +90,17 @@ def unfolded(graph: Graph) -> Graph:
         return graph
     wires = [*((a, to.get(b, b)) for a, b in wires), *own]
     inputs = [replace(i, to=tuple(to.get(end, end) for end in i.to)) for i in graph.inputs]
-    return Graph(nodes, wires, inputs, graph.outputs, step=graph.step)
+    return Graph(nodes, wires, inputs, graph.outputs, sort=sort, step=graph.step)
 
 
-def _at_start(graph: Graph, end: str) -> float:
+def _at_start(graph: Graph, end: str, sort: bool) -> float:
     """Return the value of an input of a block when the inputs of the graph have their start values."""
     for i in graph.inputs:
         if end in i.to:
             return float(i.start)
     source = next(a for a, b in graph.wires if b == end)
     first = np.array([[i.start for i in graph.inputs]])
-    return float(Graph(graph.nodes, graph.wires, graph.inputs, [Output("v", source)]).run(first)[0, 0])
+    return float(Graph(graph.nodes, graph.wires, graph.inputs, [Output("v", source)], sort=sort).run(first).item())
 
 
 def close(system: StateSpace, line: StateSpace) -> StateSpace:

@@ -29,6 +29,7 @@ SLOWER = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.05)  # fractions of the largest gain;
 # the search evaluates points of a low-discrepancy sequence, then steps of the Nelder-Mead simplex
 DRAWS, STEPS = 32, 70
 GRIDDED = 0.1  # reserve for a higher peak between two angles of the grid (dB)
+WHITE = 200  # number of equidistant angles for white noise
 TOO_SLOW = 1e3  # penalty factor of the error of a loop whose bandwidth is below the limit
 EQUAL = 1.05  # the error of a more complex structure must be smaller by this factor
 
@@ -176,7 +177,10 @@ class _View:
         # response of the identified plant at the frequencies of the disturbances
         self.low = plants.plants[0].response(self.at, plants.h)
         self.power = aim.power * np.abs(self.low) ** 2 + plants.missed(self.at) * aim.reference
-        self.wide = np.exp(1j * np.pi * (np.arange(200) + 0.5) / 200)
+        # angles of the noise, and the part of the spectrum that each represents; they resolve the resonances
+        angles = np.union1d(np.pi * (np.arange(WHITE) + 0.5) / WHITE, plants.angles[0])
+        self.parts = np.diff([0.0, *(angles[1:] + angles[:-1]) / 2, np.pi]) / np.pi
+        self.wide = np.exp(1j * angles)
         self.G_wide = plants.plants[0].response(self.wide, plants.h)
 
     def best(self, structure: Structure, design: Design, values: Mapping[str, float]) -> tuple[float, float]:
@@ -228,8 +232,12 @@ class _View:
         Model error, uncertainty of the plant and sensor noise cause this error.
         """
         left = float((self.power / np.abs(1 + C * self.low) ** 2).sum())
+        return float(np.sqrt(left + (self.aim.noise * self.noise_gain(C_wide)) ** 2))
+
+    def noise_gain(self, C_wide: Complex) -> float:
+        """Return the RMS of the output for white noise of RMS 1 at the sensor."""
         X = C_wide * self.G_wide
-        return float(np.sqrt(left + self.aim.noise**2 * np.mean(np.abs(X / (1 + X)) ** 2)))
+        return float(np.sqrt((self.parts * np.abs(X / (1 + X)) ** 2).sum()))
 
     def figures(self, structure: Structure, design: Design, values: dict[str, float], Ki: float) -> Tuned:
         """Return the structure with these values and the integral gain `Ki`, and the properties of its loop."""
@@ -237,7 +245,6 @@ class _View:
         at, wide = (structure.response(design, values, z)(Ki)[0] for z in (self.at, self.wide))
         near = distances(X, self.plants.slopes).min(axis=1)
         distance = np.abs(1 + X[0])
-        noise = wide * self.G_wide
         return Tuned(
             structure,
             design,
@@ -248,7 +255,7 @@ class _View:
             float(-20 * np.log10(near.min())),
             self.plants.plants[int(near.argmin())].name,
             self.bandwidth(X[0]),
-            float(np.sqrt(np.mean(np.abs(noise / (1 + noise)) ** 2))),
+            self.noise_gain(wide),
             self.margins(structure, design, values, Ki, X[0]),
         )
 

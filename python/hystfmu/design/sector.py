@@ -16,6 +16,7 @@ import numpy as np
 
 from hystfmu.base import Array, Complex, Indices, InputError, checked
 from hystfmu.core.library import block_types
+from hystfmu.design.delays import DELAY, is_fir
 from hystfmu.design.linear import linearise
 from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
@@ -126,8 +127,8 @@ def sector(path: Array, *chain: Graph | Model, h: float) -> tuple[float, float]:
         Input of the first unit, one value per step.
     *chain : Graph or Model
         Units in series, for example the inverse and the plant. The path drives the first input of each unit; its other
-        inputs keep their start values. The first output of each unit is used. Linear dynamics are replaced by their
-        static gain.
+        inputs keep their start values. The first output of each unit is used. Linear dynamics and delays are replaced
+        by their static gain.
     h : float
         Step (s).
 
@@ -213,10 +214,19 @@ def _against_rest(v: Array, moved: Indices, chain: Sequence[Graph], h: float) ->
 
 
 def without_dynamics(graph: Graph) -> Graph:
-    """Return a graph in which static gains replace the linear dynamics."""
+    """Return a graph in which static gains replace the linear dynamics, the delays and the FIR filters."""
     for n in graph.nodes:
-        if n.block.rate == CONTINUOUS:
-            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain_of(n)}))
+        if n.block.rate == CONTINUOUS or n.type == DELAY:
+            gain = 1.0 if n.type == DELAY else gain_of(n)
+            graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": gain}))
+    return without_filters(graph)
+
+
+def without_filters(graph: Graph) -> Graph:
+    """Return a graph in which scalings with the same static gain and offset replace the FIR filters."""
+    for n in filter(is_fir, graph.nodes):
+        *weights, offset = n.value("theta")
+        graph = graph.replace(Node(n.name, "scaling", {"n": 1}, {"gain": sum(weights), "offset": offset}))
     return graph
 
 

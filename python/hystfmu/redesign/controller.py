@@ -244,16 +244,18 @@ def controller(
         words = f"{table.get('text', '')} Controller: {text}.".strip()
         return made.changed({**made.table, "name": name or f"{table['name']}_{structure}", "text": words})
 
-    found, slopes = _corners(with_unit(Node(unit, "pid", {}, {"Kp": 1.0, "Ki": 0.0}), "gain of 1"), first, systems, off)
     nominal = opened.nominal
+    trial = with_unit(Node(unit, "pid", {}, {"Kp": 1.0, "Ki": 0.0}), "gain of 1")
+    found, slopes = _corners(trial, first, systems, off, nominal)
     design = known(found[0].opened)
-    limits = Limits(ms_db or (ready.spec.margins.Ms_db if ready.spec.margins else None) or MS_DB, SET_MS_DB)
+    ms_db = ms_db or (ready.spec.margins.Ms_db if ready.spec.margins else None) or MS_DB
+    limits = Limits(ms_db, SET_MS_DB, bandwidth)
     progress(0.2)
     if STRUCTURES[structure].resonant and not any(f * design.h < 0.4 for f in design.plant.f_n):
         raise InputError(
             f"{loop.name}: The structure {structure} needs a mode of the plant. Got a plant without modes."
         )
-    plants = loop_plants(found, (slopes[0] / nominal, slopes[1] / nominal))
+    plants = loop_plants(found, slopes)
     tuned = tune(STRUCTURES[structure], plants, design, aim(systems[first], of), limits)
     if tuned is None:
         raise InputError(
@@ -275,9 +277,9 @@ def controller(
 
 
 def _corners(
-    trial: Scenario, first: str, systems: dict[str, System], off: float
+    trial: Scenario, first: str, systems: dict[str, System], off: float, nominal: float
 ) -> tuple[list[Corner], tuple[float, float]]:
-    """Return all loops for which the controller is designed, and the sector of the incremental gain.
+    """Return all loops for which the controller is designed, and the sector of the incremental gain over `nominal`.
 
     In these loops, the controller has the gain 1.
     """
@@ -291,7 +293,7 @@ def _corners(
         except InputError:
             if c.name == first:
                 raise
-    return corners(loops, ready.spec.margins, off, stable=False), sector(loops, stated)
+    return corners(loops, ready.spec.margins, off, stable=False), sector(loops, stated, nominal)
 
 
 def _limits(system: System, old: Controllers) -> tuple[float, float] | None:

@@ -344,10 +344,10 @@ def _rows(system: System, of: Roles, h: float) -> int:
     return max(round(whole / h), LAST)
 
 
-def sector(opened: Mapping[str, OpenedLoop], stated: Sequence[float] | None) -> tuple[float, float]:
-    """Return the sector of the incremental gain, which contains 1.
+def sector(opened: Mapping[str, OpenedLoop], stated: Sequence[float] | None, nominal: float) -> tuple[float, float]:
+    """Return the sector of the incremental gain, divided by the nominal incremental gain. The sector contains 1.
 
     The values are those in `stated` (table `[margins]`), or else those along the paths of the cases.
     """
-    found = stated or [v for o in opened.values() for v in o.slopes]
+    found = [v / nominal for v in stated or [v for o in opened.values() for v in o.slopes]]
     return min(*found, 1.0), max(*found, 1.0)

@@ -182,7 +182,7 @@ def _ratio(value: float, limit: float) -> float:
 def _spreads(case: str, limits: Mapping[str, float], rows: Sequence[Row]) -> list[Spread]:
     mine = [r["metrics"] for r in rows if r["case"] == case]
     found = []
-    for metric in dict.fromkeys(k for m in mine for k in m):
+    for metric in dict.fromkeys([*(k for m in mine for k in m), *limits]):
         values = np.array([m.get(metric, math.inf) for m in mine])
         values = np.where(np.isnan(values), math.inf, values)
         limit = limits.get(metric)

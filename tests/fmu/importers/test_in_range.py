@@ -13,8 +13,7 @@ from invoked import invoked
 from runners import run_by_fmpy, run_by_unit
 
 import hystfmu as hy
-from hystfmu import Model
-from hystfmu.data import signals
+from hystfmu import Model, signals
 from hystfmu.model.coverage import trained_range
 
 H = 1e-3

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, InputError
-from hystfmu.graph import Graph, Node
+from hystfmu import Dataset, Graph, InputError, Node
 from hystfmu.identify import auto, race
 from hystfmu.identify.catalogue import ANY, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, UNKNOWN, Excitation

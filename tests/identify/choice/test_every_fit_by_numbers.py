@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import hystfmu.identify as identify
-from hystfmu import Dataset, InputError
+from hystfmu import Dataset, Graph, Input, InputError, Node, Output
 from hystfmu.data.signals import nested_reversals
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify import one
 from hystfmu.identify.excitation.minor_loops import Excitation
 from hystfmu.identify.methods import weighted_sums

@@ -160,6 +160,7 @@ def test_slopes_follow_from_the_increments(least):
         assert orthonormal.T @ orthonormal == pytest.approx(np.eye(5), abs=1e-8)
 
 
+@pytest.mark.turn("oscillators")
 def test_rows_that_do_not_count_take_no_part():
     u, y = duhem_path(0.4, -0.2)
     kept = np.ones(len(u), dtype=bool)

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, InputError, fit
-from hystfmu.graph import Graph, Node
+from hystfmu import Dataset, Graph, InputError, Node, fit
 from hystfmu.identify.catalogue import covariate_inputs
 from hystfmu.identify.cuts import validation_rows
 from hystfmu.identify.estimate import dynamics

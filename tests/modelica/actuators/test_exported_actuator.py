@@ -16,9 +16,8 @@ from invoked import invoked
 from stacks import OPTIONS, SHEET, as_it_comes, demo, knee, slopes
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.cli import main
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.modelica.actuator.mechanics import COUPLING, PIEZO, Sheet
 from hystfmu.modelica.actuator.slot import thinned
 
@@ -134,6 +133,17 @@ def test_the_data_sheet_gives_stiffness_and_capacitance(tmp_path: Path) -> None:
     h = share * C  # charge of the polarisation per volt
     d = stroke / (h * v_max)
     assert 1 / (d**2 * h + 1 / k) == pytest.approx(k_short)
+
+
+def test_the_mass_does_not_depend_on_critical_damping(tmp_path: Path) -> None:
+    """Two equal poles, between the poles of a little less and a little more damping."""
+    mass = []
+    for zeta in (0.99, 1.0, 1.01):
+        package = demo("prandtl_ishlinskii").export_modelica(
+            tmp_path / f"P{len(mass)}", sheet=SHEET | {"damping": zeta}
+        )
+        mass.append((parameter(package, "m"), parameter(package, "c")))
+    assert mass[1] == pytest.approx(np.mean([mass[0], mass[2]], axis=0), rel=1e-4)
 
 
 def test_what_no_sheet_says_is_that_of_a_soft_ceramic() -> None:

@@ -90,7 +90,21 @@ def test_real_poles_are_the_lag_of_the_eddy_currents(tmp_path: Path) -> None:
     assert "withMass = false" in text
 
 
+FALLING = hy.Model(
+    "plays",
+    hy.Graph(
+        [hy.Node("plays", "prandtl_ishlinskii"), hy.Node("readout", "scaling", {}, {"gain": -0.1})],
+        [("plays.y", "readout.u")],
+        [hy.Input("u", ("plays.u",), unit="V")],
+        [hy.Output("y", "readout.y", unit="um")],
+    ),
+    1e-3,
+    provenance={"span_u": [0.0, 100.0]},
+)
+
+
 @pytest.mark.parametrize(("model", "sheet", "says"), [
+    (FALLING, {}, "must rise with the input over its range. Got a change of -"),
     (stacks.magnet(), {"capacitance": 1e-6}, "driven by A has no value 'capacitance'"),
     (stacks.knee(), {"inductance": 1e-3}, "driven by V has no value 'inductance'"),
     (stacks.magnet(strain=20.0), {}, "must rise with the input on every branch"),

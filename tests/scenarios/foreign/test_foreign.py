@@ -15,9 +15,8 @@ from engines import ready
 from reference_fmus import reference_fmu
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, InputError, Node
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.graph import Graph, Node
 from hystfmu.scenario import Run, simulate
 from hystfmu.scenario.engine.simulation import ENGINES, chunks_here
 from hystfmu.scenario.outcome.trace import Stopped, Trace

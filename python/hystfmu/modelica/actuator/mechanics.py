@@ -343,6 +343,7 @@ class _Small:
         The factor is doubled until a positive damping constant can give the damping ratio of the mode.
         """
         w = 2 * math.pi * f_n
+        zeta = 1 + 1e-6 if abs(zeta - 1) < 1e-6 else zeta  # two equal poles do not determine mass and damping
         root = cmath.sqrt(zeta**2 - 1)
         poles = (w * (-zeta + root), w * (-zeta - root))
         speed = 1.0

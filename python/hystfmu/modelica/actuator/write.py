@@ -93,6 +93,8 @@ def refusal(model: Model) -> str:
         )
     if found is None:
         return why_not(graph)
+    if not (stroke := _stroke(model)) > 0:
+        return f"the output must rise with the input over its range. Got a change of {stroke:.3g} {units[1]}"
     return ""
 
 
@@ -102,17 +104,21 @@ def made(model: Model, sheet: Sheet) -> Made:
     assert found is not None
     (name, unit), metre = si(model.graph.inputs[0].unit), si(model.graph.outputs[0].unit)[1]
     low, high = span(model) or (-1.0, 1.0)
-    ramp = np.concatenate([np.full(HELD, low), np.linspace(low, high, ROWS), np.full(HELD, high)])
-    static, h = _static(model.graph), model.step or 1.0
-    y = static.run(_beside(model, ramp), h)
-    stroke = abs(float(y[-1] - y[HELD - 1])) * metre
     rest = (found.rest - found.shift) / found.gain
     swing = rest + SMALL * (high - low) * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
-    y = _held(static).run(_beside(model, swing), h)
+    y = _held(_static(model.graph)).run(_beside(model, swing), model.step or 1.0)
     slope = float(y[-2] - y[-1]) * metre / (2 * SMALL * (high - low) * unit)
     mode = Mode.of(model.fit if _dynamics(model.graph) else {})
-    parts = mechanics(FORMS[name], sheet, (high - low) * unit, stroke, max(slope, 0.0), mode)
+    parts = mechanics(FORMS[name], sheet, (high - low) * unit, _stroke(model) * metre, max(slope, 0.0), mode)
     return Made(FORMS[name], found, unit, metre, low * unit, high * unit, parts)
+
+
+def _stroke(model: Model) -> float:
+    """Return the change of the output over the range of the input, in the unit of measure of the model."""
+    low, high = span(model) or (-1.0, 1.0)
+    ramp = np.concatenate([np.full(HELD, low), np.linspace(low, high, ROWS), np.full(HELD, high)])
+    y = _static(model.graph).run(_beside(model, ramp), model.step or 1.0)
+    return float(y[-1] - y[HELD - 1])
 
 
 def _beside(model: Model, u: Array) -> Array:

@@ -14,9 +14,9 @@ import numpy as np
 
 from hystfmu.base import Array, InputError
 from hystfmu.core.library import block_types
-from hystfmu.design.delays import StateSpace
+from hystfmu.design.delays import StateSpace, is_fir
 from hystfmu.design.linear import NO_STATES, in_series, linearise
-from hystfmu.design.sector import CONTINUOUS, gain_of, slopes_along
+from hystfmu.design.sector import CONTINUOUS, gain_of, slopes_along, without_filters
 from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.outcome.trace import Stopped
@@ -214,11 +214,13 @@ def lone_dynamics(system: System, side: PlantSide, between: Collection[int]) -> 
 def as_gain(part: Part, lone: Collection[str] = ()) -> Graph:
     """Return the graph of an inverse with a gain of 1 instead of the inverse hysteresis.
 
-    Blocks that invert dynamics whose type is in `lone` remain in the graph, scaled to a static gain of 1.
+    Blocks that invert dynamics whose type is in `lone`, and the FIR filters of an inverse of dynamics, remain in the
+    graph, scaled to a static gain of 1.
     """
     n = len(part.inputs)
-    kept = [m for m in part.own.nodes if m.block.inverts in lone]
-    k = float(np.prod([_gain_undone(m) for m in kept]))
+    kept = [m for m in part.own.nodes if m.block.inverts in lone or is_fir(m)]
+    k = float(np.prod([1 / m.value("theta")[:-1].sum() if is_fir(m) else _gain_undone(m) for m in kept]))
+    kept = [m.with_values(theta=[*m.value("theta")[:-1], 0.0]) if is_fir(m) else m for m in kept]
     gain = Node("gain", "sum", {"n": n}, {"k": [k] + [0.0] * (n - 1)})
     nothing = Node("nothing", "scaling", {"n": 1}, {"gain": 0.0})
     ends = ["gain.u"] if n == 1 else [f"gain.u[{i + 1}]" for i in range(n)]
@@ -323,8 +325,8 @@ def slopes_of(system: System, side: PlantSide, between: Sequence[int]) -> tuple[
 
 
 def _without(lone: Collection[str], graph: Graph) -> Graph:
-    """Return a graph in which static gains replace dynamics of the types in `lone`, and inverses of such dynamics."""
-    inverted = _gains(graph, lambda n: 1 / _gain_undone(n) if n.block.inverts in lone else None)
+    """Return a graph in which static gains replace dynamics of the types in `lone`, their inverses, and FIR filters."""
+    inverted = _gains(without_filters(graph), lambda n: 1 / _gain_undone(n) if n.block.inverts in lone else None)
     return _gains(inverted, lambda n: gain_of(n) if n.type in lone else None)
 
 
