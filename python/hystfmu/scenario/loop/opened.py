@@ -233,8 +233,8 @@ class OpenedLoop:
         An incremental gain of 0, for example of an inverse at its limit, opens the loop, so that no signal grows.
         Therefore a value close to 0 is tested instead. A conditionally stable loop is unstable at this value.
         """
-        least = NO_SLOPE * max(map(abs, self.slopes))
-        found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
+        least = NO_SLOPE * max(self.slopes, key=abs)
+        found = [float(s) if abs(s) >= abs(least) else least for s in np.linspace(*self.slopes, SLOPES)]
         return all(self.stable(slope, delay) for slope in found)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
