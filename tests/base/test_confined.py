@@ -17,7 +17,7 @@ from users import User
 import hystfmu as hy
 from hystfmu.base import child
 from hystfmu.base.child import Child
-from hystfmu.base.confine import Box, unconfined
+from hystfmu.base.confine import Box, call, unconfined
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, Run, build, simulate
 
@@ -152,6 +152,8 @@ def test_a_box_that_cannot_be_entered_runs_nothing(tmp_path: Path) -> None:
     assert made.status == 125
     assert lines == [f"this process cannot be confined: [Errno 2] No such file or directory: '{tmp_path / 'missing'}'"]
     assert os.listdir(tmp_path) == []
+    with pytest.raises(FileNotFoundError):
+        call("chdir", b"/no folder")
 
 
 SPEAKS = r"""
