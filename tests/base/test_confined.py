@@ -86,8 +86,7 @@ EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 )
 def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: socket.socket) -> None:
     system = build(Cases(fmu(tmp_path / "loop", home, server)).cases[0])
-    trace = simulate(system, run=Run(engine, confined=confined))
-    assert trace["bad.y"][-1] == (OWN if confined else ALL)
+    assert simulate(system, run=Run(engine, confined=confined))["bad.y"][-1] == (OWN if confined else ALL)
     assert done(home, server) == (set() if confined else EVERYTHING)
 
 

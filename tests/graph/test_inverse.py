@@ -68,8 +68,7 @@ def test_the_inverse_of_the_inverse_is_the_model():
 
 def test_an_exact_inverse_survives_its_file(tmp_path):
     inverse(fitted()).save(tmp_path / "i.model.toml")
-    again = Model.load(tmp_path / "i.model.toml")
-    assert again.graph.to_bytes() == inverse(fitted()).graph.to_bytes()
+    assert Model.load(tmp_path / "i.model.toml").graph.to_bytes() == inverse(fitted()).graph.to_bytes()
 
 
 def chain(*nodes, memory="dominant"):
@@ -338,8 +337,7 @@ def test_a_second_network_is_trained_after_a_poor_one_and_the_better_one_stays(m
     seen = []
     monkeypatch.setattr(learned, "_corrected", training(first))
     monkeypatch.setattr(learned, "_direct", training(second))
-    made = learned.learned_inverse(straight(), 3, {}, seen.append)
-    assert made.graph.node("s").value("gain")[0] == taken
+    assert learned.learned_inverse(straight(), 3, {}, seen.append).graph.node("s").value("gain")[0] == taken
     assert seen == ([0.25] if second is None else [0.25, 0.75])
 
 

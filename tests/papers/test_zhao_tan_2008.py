@@ -174,6 +174,5 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     assert scanned.keys() == {0.026735, 0.01027, 0.0363, 0.013, 0.0617}
     assert {of for _, of in scanned.values()} == {2}, "two decays, or one other decay for each"
     assert len([r for r in report.rows if r.where == "scan"]) == 6
-    drawn = {figure(d) for d in report.drawings}
-    assert drawn == {f"fig. {n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 12, 13)}
+    assert {figure(d) for d in report.drawings} == {f"fig. {n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 12, 13)}
     reasons.check(report)

@@ -90,10 +90,8 @@ def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
     units = {"play": PLAY, "lag": LAG, "level": level}
     s = system(write, "play lag level reference law", units, WIRES | {"level.u": "lag.y", "law.y": "level.y"})
     assert [has_memory(p.own) for p in s.parts] == [True, False, False, False, False]
-    gain = as_gain(s.parts[0])
-    assert gain.run(np.array([0.3, -2.0])).tolist() == [0.3, -2.0]
-    flat = for_small_signals(s.parts[2].own)
-    assert flat.run(np.array([0.123, 0.05])).tolist() == [0.123, 0.05]
+    assert as_gain(s.parts[0]).run(np.array([0.3, -2.0])).tolist() == [0.3, -2.0]
+    assert for_small_signals(s.parts[2].own).run(np.array([0.123, 0.05])).tolist() == [0.123, 0.05]
     law = as_gain(s.parts[4])
     assert law.n_inputs == len(s.parts[4].inputs)
     wide = np.arange(2.0 * law.n_inputs).reshape(2, -1)

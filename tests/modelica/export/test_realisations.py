@@ -110,8 +110,7 @@ def test_reason_is_said_where_a_realisation_is_left_out(
     assert kinds(model.graph) == has
     model.save(tmp_path / "piezo.model.toml")
     done = invoked(["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)])
-    files = {f.stem for f in (tmp_path / "Piezo").iterdir()}
-    assert files & {"Events", "Smooth"} == set(has)
+    assert {f.stem for f in (tmp_path / "Piezo").iterdir()} & {"Events", "Smooth"} == set(has)
     for kind, why in lacks.items():
         pattern = why.replace("(", r"\(").replace(")", r"\)")
         assert re.search(f"(?m)^no realisation {kind}: {pattern}$", done.output), done.output
