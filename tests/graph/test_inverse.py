@@ -210,10 +210,7 @@ def test_a_model_that_falls_against_its_input_is_warned_of():
 @pytest.mark.parametrize(("make", "words"), [
     (lambda: plays_only(), ("'w0' parameter of p must be greater than 0", "slope 0 after each reversal", "w0_min")),
     (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
-    (
-        lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"),
-        ("no exact inverse", "'implicit' or 'learned'"),
-    ),
+    (lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"), ("no exact inverse", "'implicit' or 'learned'")),
     (lambda: chain(memory="last"), ("'last'", "dominant")),
     (lambda: falling(), ("must be increasing", "Got -0.5 instead")),
     (lambda: flat(), ("at c:", "must rise")),

@@ -80,8 +80,7 @@ def networks():
             3,
             nn.Sequential(
                 nn.Linear(3, 20), nn.Tanh(), nn.Sequential(nn.Linear(20, 15, bias=False), nn.ReLU(), nn.Identity()),
-                nn.Linear(15, 9), nn.Sigmoid(), nn.Linear(9, 2),
-            ),
+                nn.Linear(15, 9), nn.Sigmoid(), nn.Linear(9, 2)),
         ),
         "activations at both ends": (4, nn.Sequential(nn.Tanh(), nn.Linear(4, 6), nn.Linear(6, 3), nn.ReLU())),
         "one Linear": (5, nn.Linear(5, 3)),

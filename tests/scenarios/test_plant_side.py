@@ -99,18 +99,12 @@ def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
 
 
 @pytest.mark.parametrize(("change", "said"), [
-    (
-        {"coupling": {"scheme": "jacobi"}},
-        "The coupling must be gauss_seidel, whose order the loop follows. Got jacobi instead.",
-    ),
-    (
-        {"metrics": {"p": {"kind": "peak", "signal": "lag.y"}}},
-        "A metric must compare an output with a reference. Got none.",
-    ),
-    (
-        {"connections": {"law.y_d": "reference.r", "law.y": "reference.r", "play.u": "law.u", "lag.u": "play.y"}},
-        "The case must have feedback. Got an open loop: lag does not act on itself.",
-    ),
+    ({"coupling": {"scheme": "jacobi"}},
+     "The coupling must be gauss_seidel, whose order the loop follows. Got jacobi instead."),
+    ({"metrics": {"p": {"kind": "peak", "signal": "lag.y"}}},
+     "A metric must compare an output with a reference. Got none."),
+    ({"connections": {"law.y_d": "reference.r", "law.y": "reference.r", "play.u": "law.u", "lag.u": "play.y"}},
+     "The case must have feedback. Got an open loop: lag does not act on itself."),
 ])  # fmt: skip
 def test_a_loop_without_margins_says_why(write: Any, change: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=f"^s/nominal: {re.escape(said)}$"):
@@ -174,10 +168,8 @@ def test_numbers_at_the_ends_of_the_range_end(write: Any) -> None:
     with pytest.raises(InputError, match=r"stop: must be a multiple of the step 4\.94066e-324 s; got 1$"):
         ready(
             write(
-                {
-                    "name": "s", "step": 5e-324, "stop": 1.0, "order": ["law"], "units": {"law": LAW},
-                    "metrics": {"p": {"kind": "peak", "signal": "law.u"}},
-                }
+                {"name": "s", "step": 5e-324, "stop": 1.0, "order": ["law"], "units": {"law": LAW},
+                 "metrics": {"p": {"kind": "peak", "signal": "law.u"}}}
             )
         )  # fmt: skip
 
