@@ -121,7 +121,9 @@ def test_few_rows_leave_out_large_models(only):
     only("prandtl_ishlinskii", "krasnoselskii_pokrovskii")
     assert fit(data, "auto").provenance["auto_left_out"]["krasnoselskii_pokrovskii"] == "211 parameters for 160 rows"
     only("krasnoselskii_pokrovskii")
-    with pytest.raises(InputError, match="Got no fit; krasnoselskii_pokrovskii: 211 parameters for 160 rows"):
+    with pytest.raises(
+        InputError, match=r"Got no fit.* Discarded: krasnoselskii_pokrovskii: 211 parameters for 160 rows"
+    ):
         fit(data, "auto")
 
 
@@ -163,7 +165,7 @@ def test_an_output_that_no_kind_follows_is_refused_with_the_reason(only):
     y = plants.prandtl_ishlinskii(U) + 4 * np.sin(2 * np.pi * np.arange(len(U)) / 777)  # of another input
     with pytest.raises(
         InputError,
-        match=r"to 5 % of the span. Got errors on val.* of polynomial_narx [0-9.]+ %; prandtl_ishlinskii: minor loops",
+        match=r"to 5 % of the span. Got errors .* of polynomial_narx [0-9.]+ %\. .* Discarded: prandtl_.*: minor loops",
     ):
         fit(Dataset.from_signal(U, y), "auto")
 
