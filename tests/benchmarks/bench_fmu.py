@@ -18,8 +18,7 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 
-from hystfmu import Dataset
-from hystfmu.data import signals
+from hystfmu import Dataset, signals
 from hystfmu.fmu.write import platforms
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph.blocks import Mlp

@@ -15,8 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "scenarios"))
 import numpy as np
 import plants
 
-from hystfmu import Dataset
-from hystfmu.data import signals
+from hystfmu import Dataset, signals
 from hystfmu.identify import fit
 from hystfmu.identify.features.plays import thresholds
 from hystfmu.inverse import inverse

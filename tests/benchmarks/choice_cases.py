@@ -15,8 +15,7 @@ from foreign import records
 from foreign.devices import DEVICES
 from random_plants import FAMILIES, draw
 
-from hystfmu import Dataset
-from hystfmu.data import signals
+from hystfmu import Dataset, signals
 from hystfmu.identify import METHODS
 from hystfmu.identify.catalogue import candidates
 

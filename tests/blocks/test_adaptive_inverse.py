@@ -8,11 +8,9 @@ import pytest
 from raw import Raw
 from scipy.signal import cont2discrete
 
-from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Node, Output
+from hystfmu import Graph, InputError, Node, Output, Unit
 from hystfmu.identify.methods.polynomial_narx import basis, lagged
 from hystfmu.identify.solvers.ridge import least_squares
-from hystfmu.unit import Unit
 from papers import ipmc_sensor
 from papers.statements.printed import PrintedRecursive
 

@@ -9,9 +9,7 @@ import scipy.signal
 import scipy.stats
 from numpy.typing import NDArray
 
-from hystfmu.base.errors import InputError
-from hystfmu.graph import blocks
-from hystfmu.unit import Unit
+from hystfmu import InputError, Unit, blocks
 
 Array = NDArray[np.float64]
 

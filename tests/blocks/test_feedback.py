@@ -9,9 +9,7 @@ import scipy.signal
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.unit import Unit
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 
 Array = NDArray[np.float64]
 

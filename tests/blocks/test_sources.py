@@ -8,8 +8,7 @@ import scipy.signal
 import scipy.stats
 from numpy.typing import NDArray
 
-from hystfmu.graph import blocks
-from hystfmu.unit import Unit
+from hystfmu import Unit, blocks
 
 Array = NDArray[np.float64]
 

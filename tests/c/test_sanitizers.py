@@ -13,9 +13,8 @@ import tomli_w
 from drawn_unit import LETTERS, Variable, drawn_fmu, library, value
 from excitation import configurations, node
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.library import BlockType, Var, block_types
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, InputError, Node
 from hystfmu.core.library import BlockType, Var, block_types
-from hystfmu.graph import Graph, Node
 
 Array = NDArray[np.float64]
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from excitation import default, every_block
 
-from hystfmu.base.errors import InputError
+from hystfmu import InputError, Node
 from hystfmu.core.library import Var, block_types
-from hystfmu.graph import Node
 
 POSITIVE = 2.2250738585072014e-308  # as a lower bound: "greater than 0"
 

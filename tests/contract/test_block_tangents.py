@@ -5,10 +5,9 @@ import pytest
 from excitation import STEP, every_block, node, perturbed, plain, rows, some
 from raw import Raw
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.executor import SEED, Executor
 from hystfmu.core.library import block_types
-from hystfmu.graph import Graph, Input, Node, Output
 
 
 def one_sided(raw: Raw, du: np.ndarray, dx: np.ndarray, e: float) -> np.ndarray:

@@ -16,11 +16,9 @@ import pytest
 from block_files import input_between_outputs, patched, raw_bytes
 from raw import Raw, function
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.core.library import RawVar, library
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.unit import Unit
 
 
 def wrong(block: str, h: float = 0.0, dims: dict[str, int] | None = None, **values: object) -> str | None:

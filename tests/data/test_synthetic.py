@@ -4,8 +4,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import InputError
-from hystfmu.data import signals, synthetic
+from hystfmu import InputError, signals, synthetic
 
 
 def rms(x):

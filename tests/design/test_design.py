@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from series import series
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.design import describing_function, gains, linearise, loop, margins, sector, to_control
 from hystfmu.design.delays import unfolded
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.inverse import inverse
 from hystfmu.model import Model

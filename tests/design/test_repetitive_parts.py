@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from hystfmu import Unit
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 from hystfmu.design import repetitive_filters
 from hystfmu.design.delays import sampled
 from hystfmu.design.linear import python_control
 from hystfmu.design.loop import response_of
 from hystfmu.design.repetitive import cut_memories
-from hystfmu.graph import Graph, Input, Node, Output
 
 H = 1e-3
 G = 0.8

@@ -11,9 +11,8 @@ from fmpy import read_model_description
 from fmu_events import Events
 from fmu_master import DISCARD, ERROR, OK, Array, H, Make, Master, loop, mixed, only_fmi2, only_fmi3, rows, single
 
-from hystfmu import InputError, Unit
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 
 INTERFACES = [(2, "cs"), (3, "cs"), (3, "event")]
 each = pytest.mark.parametrize(("fmi", "interface"), INTERFACES, indirect=["fmi"], ids=lambda v: str(v))

@@ -15,10 +15,9 @@ from fmu_master import BLOCKS, OK, H, loop, mixed, rows, single
 from runners import run_by_fmpy, run_by_unit
 
 import hystfmu as hy
-from hystfmu import Dataset, Model
+from hystfmu import Dataset, Graph, Input, Model, Node, Output
 from hystfmu.fmu import export_fmu
 from hystfmu.fmu.write.measures import base_unit
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.graph.dependencies import dependencies
 from hystfmu.identify import fit
 
@@ -82,8 +81,7 @@ def test_sources_depend_on_the_time(tmp_path: Path) -> None:
 
 def test_names_and_order_of_states_and_derivatives(tmp_path: Path, fmi: int) -> None:
     description = described(loop(), tmp_path / "x.fmu", fmi)
-    names = [u.variable.name for u in description.derivatives]
-    assert names == ["der(dyn_v_1)", "der(dyn_v_2)"]
+    assert [u.variable.name for u in description.derivatives] == ["der(dyn_v_1)", "der(dyn_v_2)"]
     states = [u.variable.derivative for u in description.derivatives]
     assert [x.name for x in states] == ["dyn_v_1", "dyn_v_2"]
     assert description.numberOfContinuousStates == 2

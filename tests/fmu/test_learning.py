@@ -8,9 +8,8 @@ import pytest
 from fmu_master import Array, unpack
 from fmu_slave import Slave
 
-from hystfmu.data import Dataset
+from hystfmu import Dataset, Graph, Node
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
 from hystfmu.identify.methods.polynomial_narx import basis, lagged
 from hystfmu.identify.solvers.ridge import least_squares
 from hystfmu.model import Model

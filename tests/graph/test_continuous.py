@@ -8,10 +8,9 @@ import pytest
 from excitation import configurations, node, rows
 from series import series
 
-from hystfmu import Graph, InputError, Model, Node
+from hystfmu import Graph, Input, InputError, Model, Node, Output
 from hystfmu.core.executor import ContinuousExecutor, Executor
 from hystfmu.core.library import block_types
-from hystfmu.graph import Input, Output
 
 H = 0.05
 BLOCKS = block_types().items()

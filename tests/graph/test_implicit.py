@@ -6,10 +6,8 @@ import pytest
 from scipy.optimize import brentq
 from test_inverse import chain, dead_zones, fitted, plays_only, wanted
 
-from hystfmu import Graph, InputError, Model, Node, Unit
+from hystfmu import Graph, Input, InputError, Model, Node, Output, Unit, signals
 from hystfmu.core.executor import ContinuousExecutor
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
 from hystfmu.inverse import inverse
 from hystfmu.scenario import Cases, build, simulate, to_graph
 
@@ -185,10 +183,8 @@ def one_model_for_two():
         ),
         "at r: .* must not depend on the time",
     ),
-    (
-        lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
-        "at i: an implicit inverse must not be between",
-    ),
+    (lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
+     "at i: an implicit inverse must not be between"),
     (wrong_order, "at a: the model .* must follow it in the order of the file"),
     (model_from_behind, "at b: the model .* must follow it in the order of the file"),
     (one_model_for_two, "at c: it belongs to the models of two implicit inverses"),

@@ -10,9 +10,7 @@ from invoked import invoked
 from series import series
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
-from hystfmu.data import signals
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu import Graph, Input, InputError, Node, Output, signals
 from hystfmu.identify.estimate.dynamics import Dynamics
 from hystfmu.inverse import dynamic, inverse
 from hystfmu.inverse.dynamic import split

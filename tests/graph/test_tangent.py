@@ -5,9 +5,7 @@ import pytest
 from test_continuous import bank_and_network, executor, outputs, put
 from test_inverse import fitted
 
-from hystfmu import Graph, Node
-from hystfmu.data import signals
-from hystfmu.graph import Input, Output
+from hystfmu import Graph, Input, Node, Output, signals
 from hystfmu.inverse import inverse
 
 H = 1e-3
@@ -133,8 +131,7 @@ def test_sampled_blocks_hold():
         [Input("u", ("a.u_ff",)), Input("y", ("a.y",))],
         [Output("v", "b.y"), Output("w", "a.u")],
     )
-    c = after(graph, [[0.1, 0.2], [0.3, 0.4]])
-    assert c.tangent([1.0, 1.0], [], 2)[0].tolist() == [0.0, 0.0]
+    assert after(graph, [[0.1, 0.2], [0.3, 0.4]]).tangent([1.0, 1.0], [], 2)[0].tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("gain", [1.0, -2.0])

@@ -6,8 +6,7 @@ import plants
 import pytest
 from scipy import signal
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import errors, fit
 from hystfmu.inverse import inverse
 

@@ -9,10 +9,8 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset
-from hystfmu.data import signals
+from hystfmu import Dataset, blocks, signals
 from hystfmu.data.reversals import noise
-from hystfmu.graph import blocks
 from hystfmu.identify import errors, fit
 from hystfmu.identify.features.plays import dead_band
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from foreign.solvers import FINER, bouc_wen, fine, late, mode
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import fit
 from hystfmu.identify.estimate.dynamics import Dynamics, hysteresis
 from hystfmu.inverse import inverse

@@ -10,9 +10,8 @@ import pytest
 from invoked import invoked
 
 import hystfmu as hy
-from hystfmu import Dataset, InputError, fit
+from hystfmu import Dataset, Graph, Input, InputError, Node, Output, fit
 from hystfmu.data.signals import training
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.methods.weighted_sums import KINDS
 from hystfmu.identify.solvers import nonnegative as solver
 

@@ -9,8 +9,7 @@ import plants
 import pytest
 from scipy.optimize import nnls
 
-from hystfmu import Dataset, InputError, Model
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, Model, signals
 from hystfmu.identify import METHODS, fit, options
 from hystfmu.identify.features.plays import thresholds
 from hystfmu.identify.network.training import train
@@ -179,8 +178,7 @@ def test_a_network_is_not_asked_outside_its_training_range(small):
 # ---- grey box ------------------------------------------------------------------------------------------------------
 def test_a_model_of_a_removed_kind_still_runs(small, tmp_path):
     model = fit(small, "prandtl_ishlinskii")
-    old = replace(model, key="prandtl_ishlinskii_asym")
-    old.save(tmp_path / "old.model.toml")
+    replace(model, key="prandtl_ishlinskii_asym").save(tmp_path / "old.model.toml")
     loaded = Model.load(tmp_path / "old.model.toml")
     assert loaded.key == "prandtl_ishlinskii_asym"
     assert loaded.predict(small.u).tobytes() == model.predict(small.u).tobytes()

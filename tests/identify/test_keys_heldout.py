@@ -11,8 +11,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset
-from hystfmu.data import signals
+from hystfmu import Dataset, signals
 from hystfmu.identify import METHODS, fit
 from hystfmu.model import accuracy
 

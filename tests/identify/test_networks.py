@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hystfmu import Dataset
-from hystfmu.graph import Node
+from hystfmu import Dataset, Node
 from hystfmu.identify.network import readout, training
 from hystfmu.identify.network import readout as sweep
 from hystfmu.identify.network.training import Fit, Network, decay_for, start, train

@@ -7,8 +7,7 @@ import pytest
 from foreign.solvers import late, mode
 from scipy.integrate import solve_ivp
 
-from hystfmu import Dataset, InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, signals
 from hystfmu.identify import errors, fit
 from hystfmu.identify.estimate.dynamics import hysteresis
 from hystfmu.inverse import inverse

@@ -5,8 +5,7 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.signal import cont2discrete, lfilter
 
-from hystfmu import Dataset
-from hystfmu.graph import Graph, Node
+from hystfmu import Dataset, Graph, Node
 from hystfmu.identify.catalogue import Candidate
 from hystfmu.identify.cuts import validation_rows, without_outermost
 from hystfmu.identify.estimate.dynamics import Dynamics, Weighted, bounds, polynomials, search, uncertainty, unknown

@@ -10,9 +10,8 @@ import pytest
 import simulate
 from made_graphs import MADE, chain, static_forms
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.core.library import block_types
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.inverse import inverse
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
@@ -99,10 +98,8 @@ def unlike(node: Node, *more: Node) -> Model:
 
 
 @pytest.mark.parametrize(("make", "message"), [
-    (
-        lambda: chain(Node("p", "implicit_inverse")),
-        "'p': its input h must be wired to a block that depends on its output u",
-    ),
+    (lambda: chain(Node("p", "implicit_inverse")),
+     "'p': its input h must be wired to a block that depends on its output u"),
     (lambda: unlike(Node("i", "zhao_tan_inverse")), "'i': .* no static form of 'zhao_tan_inverse'"),
     (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
 ])  # fmt: skip

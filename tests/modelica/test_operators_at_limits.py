@@ -9,9 +9,8 @@ import plants
 import pytest
 import simulate
 
-from hystfmu.data import Dataset, signals
+from hystfmu import Dataset, Graph, Node, signals
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.model import Model
 

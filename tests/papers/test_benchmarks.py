@@ -8,9 +8,8 @@ import pytest
 from click.testing import CliRunner
 from invoked import invoked
 
-from hystfmu import Dataset, Graph, InputError, Model, Node
+from hystfmu import Dataset, Graph, InputError, Model, Node, signals, synthetic
 from hystfmu.cli import main
-from hystfmu.data import signals, synthetic
 from hystfmu.data.reversals import turning_points
 from hystfmu.identify import auto, fit
 from hystfmu.identify.excitation.minor_loops import examine

@@ -9,9 +9,7 @@ import reasons
 from loop_simulation import Blocks
 
 import papers as reproduce
-from hystfmu import InputError, Model
-from hystfmu.data import signals
-from hystfmu.graph import Graph, Node
+from hystfmu import Graph, InputError, Model, Node, signals
 from hystfmu.identify import fit
 from hystfmu.identify.methods.polynomial_narx import basis, count, lagged
 from hystfmu.identify.solvers.ridge import least_squares

@@ -55,9 +55,10 @@ def main() -> int:
         packed = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
     if len(packed) != len(ALL) - len(absent):
         sys.exit(f"all.fmu lacks {', '.join(ALL - packed)}")
-    told = command("export", "piezo.model.toml", "--modelica", ".").rpartition(": ")[2].strip()
-    if not Path(told, "HystFMU", "package.mo").is_file() or Path(sys.prefix) not in Path(told).parents:
-        sys.exit(f"no Modelica library of this environment in {told}")
+    told = command("export", "piezo.model.toml", "--modelica", ".")
+    library = Path(told.rpartition("needs the library HystFMU in ")[2].partition("\n")[0])
+    if not (library / "HystFMU" / "package.mo").is_file() or Path(sys.prefix) not in library.parents:
+        sys.exit(f"no Modelica library of this environment in {library}")
     print(command("run", shipped_scenarios() / "pid", shipped_scenarios() / "example_hold").rstrip().splitlines()[-1])
     print(f"{len(packed)} platforms, Modelica library and scenarios are there")
     if "demo" in sys.argv[1:]:

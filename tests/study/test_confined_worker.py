@@ -9,9 +9,8 @@ import tomli_w
 from bad_fmu import LOOP, bad_fmu
 
 import hystfmu as hy
+from hystfmu import Graph, InputError, Node
 from hystfmu.base.confine import unconfined
-from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Node
 from hystfmu.model import Model
 
 if unconfined():

@@ -13,11 +13,10 @@ import tuned
 from scripts import loaded
 
 import hystfmu as hy
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output, blocks
 from hystfmu.design import loop_shaping
 from hystfmu.design.feedforward import scan_feedforward, scan_harmonics
 from hystfmu.design.linear import python_control
-from hystfmu.graph import Graph, Input, Node, Output, blocks
 from hystfmu.scenario import Cases, build
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.loop.opening import open_loop

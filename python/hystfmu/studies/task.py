@@ -76,7 +76,7 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
     delay = sum(fine.values())
     found = opened.margins(delay=delay)
     slopes = np.linspace(*opened.slopes, SLOPES)
-    radius = max(opened.radius(float(s), delay) for s in slopes)
+    radius = max(_radius(opened, float(s), delay) for s in slopes)
     return {"Ms_db": found.Ms_db if found.stable else math.inf, "radius": radius}
 
 

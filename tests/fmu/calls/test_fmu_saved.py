@@ -10,8 +10,7 @@ import pytest
 from fmu_events import Events
 from fmu_master import BLOCKS, ERROR, OK, H, Make, Master, U, loop, mixed, rows, single
 
-from hystfmu.graph import Graph, Node
-from hystfmu.unit import Unit
+from hystfmu import Graph, Node, Unit
 
 GONE = "The FMU state was freed or does not belong to this instance."
 

@@ -13,9 +13,7 @@ import pytest
 from fmu_events import EventInfo, Events
 from fmu_master import DISCARD, ERROR, OK, WARNING, H, Make, Master, U, mixed, single
 
-from hystfmu.base import InputError
-from hystfmu.graph import Graph, Input, Node, Output
-from hystfmu.unit import Unit
+from hystfmu import Graph, Input, InputError, Node, Output, Unit
 
 
 @pytest.mark.parametrize(

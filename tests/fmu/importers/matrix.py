@@ -40,16 +40,12 @@ from runners import (
 )
 from test_keys import KEYS, H, fitted_model
 
-from hystfmu import Model
-from hystfmu.base.errors import InputError
-from hystfmu.data import signals
+from hystfmu import Graph, InputError, Model, Unit, signals
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph
 from hystfmu.graph.graph import sample_time
 from hystfmu.scenario import Cases
 from hystfmu.scenario.ssp.write import write_loop, write_ssp
 from hystfmu.scenario.system.spec import shipped_scenarios
-from hystfmu.unit import Unit
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "python" / "docs" / "importers.md"
@@ -195,8 +191,7 @@ def loop_row(folder: Path, work: Path) -> dict[str, float | str]:
         )
     for fmi in (2, 3):
         runs[f"FMU fmpy CS {fmi}"] = lambda fmi=fmi: as_one(case, fmi, names, rows[:n, 1:], work)
-    found = cells(runs, LOOP_COLUMNS)
-    return found | {"own order": max(written.differences.values()) / 100}
+    return cells(runs, LOOP_COLUMNS) | {"own order": max(written.differences.values()) / 100}
 
 
 def as_one(case: object, fmi: int, names: list[str], want: Array, work: Path) -> float | str:

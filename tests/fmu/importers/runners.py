@@ -16,9 +16,8 @@ from fmpy import read_model_description, simulate_fmu
 from fmu_master import Array
 from fmu_slave import Slave
 
-from hystfmu.graph import Graph
+from hystfmu import Graph, Unit
 from hystfmu.scenario.ssp.write import REFERENCE
-from hystfmu.unit import Unit
 
 
 def run_by_fmpy(fmu: Path, folder: Path, u: Array, h: float) -> Array:

@@ -23,9 +23,7 @@ from fmu_slave import Slave
 from runners import Reader, absent, by_ecos, by_libcosim
 from test_keys import fitted_model, plant, ramps
 
-from hystfmu import Dataset, Model, fit
-from hystfmu.base.errors import InputError
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, Model, fit, signals
 from hystfmu.fmu import export_fmu
 from hystfmu.graph.graph import sample_time
 from hystfmu.inverse import inverse

@@ -16,11 +16,8 @@ from runners import READERS, absent, clock, error, run_by_fmpy, run_by_libcosim,
 from test_keys import KEYS, LEARNED, REFUSED, H, fitted_model, signal_for
 
 import hystfmu as hy
-from hystfmu import Model
-from hystfmu.base.errors import InputError
-from hystfmu.data import signals
+from hystfmu import Graph, InputError, Model, Node, signals
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Node
 from hystfmu.identify import METHODS
 from hystfmu.inverse import METHODS as WAYS
 from hystfmu.inverse import inverse

@@ -13,8 +13,7 @@ from invoked import invoked
 from runners import run_by_fmpy, run_by_unit
 
 import hystfmu as hy
-from hystfmu import Model
-from hystfmu.data import signals
+from hystfmu import Model, signals
 from hystfmu.model.coverage import trained_range
 
 H = 1e-3
@@ -89,8 +88,7 @@ def hystfmu(key: str, *arguments: object) -> str:
     """Run a command: one fit in a shell, the other commands in this process."""
     words = list(map(str, arguments))
     if (key, words[0]) != ("prandtl_ishlinskii", "fit"):
-        result = invoked(words)
-        return result.stdout
+        return invoked(words).stdout
     shell = [sys.executable, "-m", "hystfmu.cli", *words]
     done = subprocess.run(shell, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr

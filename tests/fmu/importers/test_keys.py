@@ -17,12 +17,10 @@ from fmu_events import Events, adaptive
 from runners import run_by_fmpy, run_by_unit
 from scipy.signal import lsim
 
-from hystfmu import Dataset, InputError, Model
+from hystfmu import Dataset, Graph, InputError, Model, signals
 from hystfmu.base.arrays import Array
 from hystfmu.cli import main
-from hystfmu.data import signals
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph
 from hystfmu.identify import METHODS, fit
 from hystfmu.inverse import METHODS as INVERSES
 from hystfmu.inverse import inverse

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, Graph, Node
-from hystfmu.graph import Input, Output
+from hystfmu import Dataset, Graph, Input, Node, Output
 from hystfmu.identify.estimate import coordinates
 from hystfmu.identify.estimate.free import Free
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hystfmu import Dataset, InputError
-from hystfmu.graph import Graph, Input, Output
+from hystfmu import Dataset, Graph, Input, InputError, Output
 from hystfmu.identify.catalogue import options as options_of
 from hystfmu.identify.features.plays import plays, thresholds
 from hystfmu.identify.features.straightened import straightened

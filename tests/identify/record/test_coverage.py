@@ -9,10 +9,8 @@ import pytest
 from click.testing import CliRunner
 from invoked import invoked
 
-from hystfmu import Dataset
+from hystfmu import Dataset, Graph, Node, signals
 from hystfmu.cli import main
-from hystfmu.data import signals
-from hystfmu.graph import Graph, Node
 from hystfmu.identify import fit
 from hystfmu.identify.excitation import not_shown
 from hystfmu.model import accuracy

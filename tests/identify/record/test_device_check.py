@@ -10,11 +10,10 @@ from click.testing import CliRunner
 from invoked import invoked
 
 import hystfmu as hy
-from hystfmu import Dataset, InputError
+from hystfmu import Dataset, Graph, Input, InputError, Node, Output
 from hystfmu.base.arrays import Array
 from hystfmu.cli import main
 from hystfmu.data.signals import nested_reversals, training
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.identify.device_check import check_device
 from hystfmu.model import Model
 

@@ -4,8 +4,7 @@ import numpy as np
 import plants
 import pytest
 
-from hystfmu import Dataset, InputError, fit, synthetic
-from hystfmu.data import signals
+from hystfmu import Dataset, InputError, fit, signals, synthetic
 from hystfmu.data.signals import decaying_sine, training
 from hystfmu.identify.excitation import timing
 from hystfmu.identify.excitation.timing import dead_time, feedback, told

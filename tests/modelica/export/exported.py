@@ -12,8 +12,7 @@ import lint
 import numpy as np
 import simulate
 
-from hystfmu.data import Dataset
-from hystfmu.graph import Graph, Node
+from hystfmu import Dataset, Graph, Node
 from hystfmu.identify import METHODS, fit
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica

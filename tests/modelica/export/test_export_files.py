@@ -10,9 +10,7 @@ import pytest
 from invoked import invoked
 from made_graphs import MADE, chain, large_network
 
-from hystfmu import __version__
-from hystfmu.base.errors import InputError
-from hystfmu.graph import Graph, Input, Node, Output
+from hystfmu import Graph, Input, InputError, Node, Output, __version__
 from hystfmu.model import Model
 from hystfmu.modelica import export_modelica
 from hystfmu.modelica.literals import string

@@ -13,9 +13,8 @@ from reference_fmus import reference_fmu
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.fmu import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.run_fmu import run_fmu
 
 

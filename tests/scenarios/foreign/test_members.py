@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 from engines import ready
 
-from hystfmu.base.errors import InputError
+from hystfmu import Graph, Input, InputError, Node, Output
 from hystfmu.fmu.foreign.instance import Finding
 from hystfmu.fmu.write.export import export_fmu
-from hystfmu.graph import Graph, Input, Node, Output
 from hystfmu.scenario.engine.native import Native
 from hystfmu.scenario.engine.simulation import ENDED, ENGINES, TASK, chunks_here, main
 from hystfmu.scenario.outcome.trace import Stopped, Trace
@@ -114,7 +113,7 @@ PARAMETERS = (
     variable("p", "parameter", start="1.5"), variable("i", "parameter", "Int32", "3"),
     variable("b", "parameter", "Boolean", "false"), variable("s", "parameter", "String", "text"),
     variable("x", "parameter", "Binary"), variable("v", "parameter", start="1 2", dimensions=[dimension(of=N)]),
-    variable("w", "parameter", "Int32", "1 2", dimensions=[dimension(2)]), N,
+    variable("w", "parameter", "Int64", "1 2", dimensions=[dimension(2)]), N,
     variable("u", start="0", dimensions=[dimension(of=N)]), variable("y", "output"),
 )  # fmt: skip
 
@@ -123,6 +122,7 @@ PARAMETERS = (
     ("p", 2, 2.0), ("p", "*2", 3.0), ("p", "2.5", 2.5), ("i", 4, 4), ("i", "*2", 6), ("b", True, True),
     ("b", 0, False), ("b", 1, True), ("s", 3, "3"), ("v", [3, 4.5], [3.0, 4.5]), ("v", "*2", [2.0, 4.0]),
     ("i", 4.0, 4), ("w", [1, 2.0], [1, 2]), ("w", "*3", [3, 6]),
+    ("w", [2**53 + 1, True], [2**53 + 1, 1]), ("p", True, 1.0),
 ])  # fmt: skip
 def test_a_value_of_a_parameter(name: str, value: Any, want: Any) -> None:
     found = unit(*PARAMETERS).with_settings({name: value}).settings[name]

@@ -220,7 +220,7 @@ def _scalar(v: Any, value: Any) -> float:
             raise InputError(f"{v.name}: must be true or false; got {value!r}")
         return bool(value)
     try:
-        number = value if isinstance(value, int) and not isinstance(value, bool) else float(value)
+        number = value if isinstance(value, int) else float(value)
     except (TypeError, ValueError):
         raise InputError(f"{v.name}: must be a number or '*' and a number; got {value!r}") from None
     if v.type in REAL:
