@@ -387,7 +387,7 @@ class Model(hystfmu.model.Model):
         Raises
         ------
         InputError
-            The version, the name or the platform is invalid, or the file cannot be written.
+            The version, the path, the name or the platform is invalid, or the file cannot be written.
 
         Examples
         --------
