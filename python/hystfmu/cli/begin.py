@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hystfmu.scenario import Result
     from hystfmu.start.closed_loop import Contender
 
-_BEGUN = "finished steps are kept; to go on with the others:"
+_BEGUN = "finished steps are kept; to continue:"
 
 
 @click.command(cls=Command)

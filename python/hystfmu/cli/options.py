@@ -381,7 +381,7 @@ class Command(click.Command):
     _given: Sequence[click.Parameter | Later]
     _made: list[click.Parameter]
 
-    def __init__(self, *words: Any, interrupted: str = "files are whole or as they were; again:", **named: Any) -> None:
+    def __init__(self, *words: Any, interrupted: str = "no file is incomplete; to repeat:", **named: Any) -> None:
         super().__init__(*words, **named)
         self.interrupted = interrupted
 

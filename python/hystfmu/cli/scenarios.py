@@ -157,7 +157,7 @@ def run(
     answer([r.summary() for r in results], results.passed)
 
 
-@click.command(cls=Command, interrupted="finished runs are kept; to go on with the others:")
+@click.command(cls=Command, interrupted="finished runs are kept; to continue:")
 @click.argument("study", type=FILE)
 @of(
     "studies.run:study",

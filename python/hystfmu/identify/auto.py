@@ -286,10 +286,12 @@ def refusal(where: str, only_invertible: bool, race: Race, seen: Excitation, fau
     got = f"errors on validation blocks of {', '.join(errors)}" if errors else "no fit"
     by_reason: dict[str, list[str]] = {}
     for name, reason in race.reasons.items():
-        by_reason.setdefault(reason.rstrip("."), []).append(name)
+        by_reason.setdefault(reason.rstrip(".").removeprefix(f"{where}: "), []).append(name)
     others = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in by_reason.items())
     poor = f" The record is poor: {'; '.join(seen.warnings)}." if seen.warnings else ""
-    return InputError(
-        f"{where}: {rule}. Got {got}{f'; {others}' if others else ''}.{poor} The output depends on more than the past "
-        "of this input, or no kind describes the device: measure its other inputs too, or name a kind to fit it anyway."
-    )
+    remedy = "Measure a longer record"
+    if errors:
+        remedy = "The output depends on more than the past of this input, or no kind describes the device: measure its "
+        remedy += "other inputs too"
+    last = f" Discarded: {others}." if others else ""
+    return InputError(f"{where}: {rule}. Got {got}.{poor} {remedy}, or name a kind to fit it anyway.{last}")

@@ -133,8 +133,7 @@ def test_an_interrupted_study_says_how_to_go_on_and_does(loop: Path) -> None:
     assert (status, out) == (130, "")
     last = err.replace("\r\n", "\r").strip("\r").split("\r")[-1]
     assert last == (
-        "hystfmu: interrupted; finished runs are kept; to go on with the others: "
-        "hystfmu study size.study.toml -o 'out dir' -j 1"
+        "hystfmu: interrupted; finished runs are kept; to continue: hystfmu study size.study.toml -o 'out dir' -j 1"
     )
     done = here(loop, *command, "--json")
     told = json.loads(done.stdout)
@@ -151,7 +150,7 @@ def test_an_interrupt_leaves_whole_files_and_a_status_of_its_own(command: list[s
     status, _, err = at_terminal(*command, cwd=tmp_path, interrupt=lambda shown: bool(BAR.search(shown)))
     assert status == 130
     assert "Traceback" not in err
-    assert err.rstrip().endswith(f"finished steps are kept; to go on with the others: hystfmu {' '.join(command)}")
+    assert err.rstrip().endswith(f"finished steps are kept; to continue: hystfmu {' '.join(command)}")
     left = [p for p in (tmp_path / "mine").rglob("*") if p.is_file()] if (tmp_path / "mine").exists() else []
     assert {p.suffix for p in left} <= {".csv"}, "no file of a step that did not end"
     for p in left:
@@ -165,7 +164,7 @@ def test_an_interrupt_of_an_import_has_the_same_status(tmp_path: Path) -> None:
     words = words_of("blocks", "pid")
     done = subprocess.run(words, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr == "hystfmu: interrupted; files are whole or as they were; again: hystfmu blocks pid\n"
+    assert done.stderr == "hystfmu: interrupted; no file is incomplete; to repeat: hystfmu blocks pid\n"
 
 
 @pytest.mark.stress
@@ -175,7 +174,7 @@ def test_an_interrupted_start_goes_on_behind_the_fit(tmp_path: Path) -> None:
     behind = re.compile(r"tuning|running the loop|margins|report  ")
     status, out, err = at_terminal(*command, cwd=tmp_path, interrupt=lambda shown: bool(behind.search(shown)))
     assert (status, "from the run before" in out) == (130, False)
-    assert err.rstrip().endswith(f"finished steps are kept; to go on with the others: hystfmu {' '.join(command)}")
+    assert err.rstrip().endswith(f"finished steps are kept; to continue: hystfmu {' '.join(command)}")
     file = tmp_path / "mine" / "piezo.model.toml"
     before = file.stat().st_mtime_ns
     done = here(tmp_path, *command)
