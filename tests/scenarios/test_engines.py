@@ -52,8 +52,7 @@ def test_the_loop_as_one_graph_and_one_fmu_gives_the_same_bits(loop: Any, write:
     trace = simulate(system, "native")
     graph = to_graph(system)
     n = system.n_steps + 1
-    inside = graph.run(np.full((n, 1), 0.125), system.h)
-    assert inside.tobytes() == trace.values.tobytes()
+    assert graph.run(np.full((n, 1), 0.125), system.h).tobytes() == trace.values.tobytes()
 
     fmu = Slave(export_fmu(graph, tmp_path / "loop.fmu", fmi=2), tmp_path / "unpacked")
     rows = [fmu.start()]  # the constant input is the start value: nothing to set
