@@ -56,7 +56,7 @@ core: build/dev/build.ninja
 lines: build/tools
 	@$(BIN)/python tests/lines.py $(ROOT)
 
-# formatting, lint, types, stale generated files; `make -j 2 check` uses two processes
+# formatting, lint (of the Modelica library too), types, stale generated files; `make -j 2 check` uses two processes
 check: check-types check-files
 
 check-types: dev
@@ -68,6 +68,7 @@ check-files: dev
 	$(BIN)/clang-format --dry-run --Werror $(shell find fmu_build tests -name '*.[ch]')
 	$(BIN)/python tests/generated.py
 	$(BIN)/python fmu_build/platforms/page.py fmu_build python/hystfmu/report/core_page.txt --check
+	$(BIN)/python tests/modelica/lint/rules.py -q
 
 # the site of tutorials, explanations and reference, without network: build/docs/html/index.html
 docs: dev

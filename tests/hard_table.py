@@ -10,16 +10,13 @@ from page_table import table
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 RECORDS = {"loops": SCENARIOS / "loops" / "hard.record.toml", "stage": SCENARIOS / "stage" / "hard.record.toml"}
 CASES = {
-    "loops": {
-        "nominal": "nominal", "damping_10": "damping 0.1", "damping_2": "damping 0.02",
+    "loops": {"nominal": "nominal", "damping_10": "damping 0.1", "damping_2": "damping 0.02",
         "second_mode": "second mode, 5 %", "gain_35": "gain 0.35", "double_mass": "double mass",
-        "sensor_lag": "sensor lag 1 kHz", "jitter": "jitter of 20 %",
-    },
+        "sensor_lag": "sensor lag 1 kHz", "jitter": "jitter of 20 %"},
     "stage": {
         "scan_100": "nominal", "damping_50": "damping 0.5", "damping_10": "damping 0.1", "damping_1": "damping 0.01",
         "second_mode": "second mode, 20 %", "gain_35": "gain 0.35", "double_mass": "double mass",
-        "sensor_lag": "sensor lag 1 kHz", "jitter": "jitter of 20 %",
-    },
+        "sensor_lag": "sensor lag 1 kHz", "jitter": "jitter of 20 %"},
 }  # fmt: skip
 RANGES = {"damping": "damping", "second_mode": "second mode, % of the gain", "gain": "gain"}
 RECOMMENDED = (

@@ -17,7 +17,7 @@ from users import User
 import hystfmu as hy
 from hystfmu.base import child
 from hystfmu.base.child import Child
-from hystfmu.base.confine import Box, unconfined
+from hystfmu.base.confine import Box, call, unconfined
 from hystfmu.cli import main
 from hystfmu.scenario import Cases, Run, build, simulate
 
@@ -86,8 +86,7 @@ EVERYTHING = {"stolen", "by_another", "away", "truncated", "connected"}
 )
 def test_a_run(engine: Any, confined: bool, tmp_path: Path, home: Path, server: socket.socket) -> None:
     system = build(Cases(fmu(tmp_path / "loop", home, server)).cases[0])
-    trace = simulate(system, run=Run(engine, confined=confined))
-    assert trace["bad.y"][-1] == (OWN if confined else ALL)
+    assert simulate(system, run=Run(engine, confined=confined))["bad.y"][-1] == (OWN if confined else ALL)
     assert done(home, server) == (set() if confined else EVERYTHING)
 
 
@@ -152,6 +151,8 @@ def test_a_box_that_cannot_be_entered_runs_nothing(tmp_path: Path) -> None:
     assert made.status == 125
     assert lines == [f"this process cannot be confined: [Errno 2] No such file or directory: '{tmp_path / 'missing'}'"]
     assert os.listdir(tmp_path) == []
+    with pytest.raises(FileNotFoundError):
+        call("chdir", b"/no folder")
 
 
 SPEAKS = r"""

@@ -200,8 +200,7 @@ def studies(folder, rivals):
         os.sched_setaffinity(0, cores[:n_cores])
         try:
             begin, before = time.perf_counter(), used()
-            outcome = hy.study(path, folder / f"out_{n_cores}_{k}")
-            assert not outcome.failed
+            assert not hy.study(path, folder / f"out_{n_cores}_{k}").failed
             return time.perf_counter() - begin, used() - before
         finally:
             os.sched_setaffinity(0, cores)

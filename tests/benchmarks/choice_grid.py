@@ -40,8 +40,7 @@ FAR = 10.0  # times the least error: beyond it no full fit
 def code():
     """Commit of the tree, with `-dirty` where files differ from it."""
     told = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude=*", "--abbrev=8"]
-    found = subprocess.run(told, capture_output=True, text=True, check=False)
-    return found.stdout.strip() or "unknown"
+    return subprocess.run(told, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
 
 
 def figures(at, key, **given):

@@ -15,10 +15,8 @@ Array = NDArray[np.float64]
 LAGS = [(1, 0, 0), (3, 2, 0), (2, 2, 2), (1, 0, 4)]
 # sizes and values beside those of the contract tests; other parameters are random
 MORE: dict[str, list[dict[str, Any]]] = {
-    "mlp": [
-        {"n_in": 2, "n_hidden": 12, "n_out": 1, "activation": "relu"},
-        {"n_in": 5, "n_hidden": 40, "n_out": 3, "activation": "tanh"},
-    ],
+    "mlp": [{"n_in": 2, "n_hidden": 12, "n_out": 1, "activation": "relu"},
+        {"n_in": 5, "n_hidden": 40, "n_out": 3, "activation": "tanh"}],
     "scaling": [{"n": 3, "lo": [-0.5, -1e300, 0.1], "hi": [0.5, 0.0, 0.1]}],
     "sum": [{"n": 3}],
     "product": [{"n": 2, "m": 2, "least": 0.1}],

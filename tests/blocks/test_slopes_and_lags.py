@@ -124,8 +124,7 @@ def test_duhem_stays_within_its_bound() -> None:
 @pytest.mark.parametrize(("n", "weights"), [(7, 120), (8, 153), (9, 190), (10, 231)])
 def test_number_of_weights_of_the_structures_of_the_ipmc_paper(n: int, weights: int) -> None:
     """n_u = n_f = 7 .. 10, n_y = 0, q = 2: (p + q)! / (p! q!), the constant included."""
-    sizes = PolynomialNarx(n_u=n, n_f=n, n_y=0, q=2).node.sizes
-    assert sizes["theta"] == weights
+    assert PolynomialNarx(n_u=n, n_f=n, n_y=0, q=2).node.sizes["theta"] == weights
 
 
 def test_a_polynomial_network_that_no_graph_holds_is_refused() -> None:

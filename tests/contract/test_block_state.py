@@ -104,8 +104,7 @@ def test_graph_unit_and_bare_functions_agree_bit_for_bit(name: str) -> None:
         unit = Unit(graph)
         unit.initialize(0.0, **dict(zip(ins, u[0], strict=True)))
         first = [[unit.get(o) for o in outs]]
-        by_unit = np.concatenate([first, steps(unit, ins, u[1:], 1, outs)])
-        assert by_unit.tobytes() == by_graph.tobytes()
+        assert np.concatenate([first, steps(unit, ins, u[1:], 1, outs)]).tobytes() == by_graph.tobytes()
         assert Raw(n).run(u, STEP).tobytes() == by_graph.tobytes()
 
 

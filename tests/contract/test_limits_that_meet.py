@@ -54,10 +54,8 @@ def test_a_range_is_not_empty(block: str) -> None:
 
 TWO = {"n": 2}
 TOGETHER = [  # block, sizes, values that it takes together, values that it refuses, the refusal
-    (
-        "modified_bouc_wen", {}, {"beta": 0.0, "gamma": 1e4}, {"beta": 0.0, "gamma": 0.0},
-        r"beta \+ gamma must be greater than 0",
-    ),
+    ("modified_bouc_wen", {}, {"beta": 0.0, "gamma": 1e4}, {"beta": 0.0, "gamma": 0.0},
+     r"beta \+ gamma must be greater than 0"),
     ("bouc_wen", {}, {"beta": 0.5, "gamma": -0.4375}, {"beta": 0.5, "gamma": -0.5}, "else z is unbounded"),
     ("bouc_wen", {}, {"z0": -1.0}, {"z0": -1.0000001}, r"\|z0\| must be at most"),
     ("duhem", {}, {"w0": -2.0, "w_max": 2.0}, {"w0": -2.0000001, "w_max": 2.0}, r"\|w0\| must be at most w_max"),
@@ -182,8 +180,7 @@ EXPECTED = {  # by hand, from the equations
     "mlp": {"Weights": "W1 b1 W2 b2", "Network": "activation"},
     "creep": {"Weights": "w w0", "Dynamics": "T", "Start": "start"},
     "sliding_mode": {
-        "Controller": "lam epsilon switching", "Gains": "eta rho k_i", "Filters": "tau", "Limits": "u_min u_max",
-    },
+        "Controller": "lam epsilon switching", "Gains": "eta rho k_i", "Filters": "tau", "Limits": "u_min u_max"},
     "zhao_tan": {"Memory": "memory", "Start": "x0"},
 }  # fmt: skip
 

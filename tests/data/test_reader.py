@@ -156,47 +156,33 @@ VARIANTS = {
         text(["# rig 2", "t [ms],u [V],y [um]"], [*lines(",")[:7], "# pause", "", *lines(",")[7:]]),
         {},
     ),
-    "aligned blanks": (
-        "a.txt",
+    "aligned blanks": ("a.txt",
         text(["  time (ms)   Voltage (V)   Displacement (um)"], lines("     ", form="{:9.4f}", edge="   ", end="  ")),
-        {},
-    ),
+        {}),
     "blanks and decimal comma": ("a.txt", text(["t/ms  u/V  y/um"], lines("  ", comma=True)), {}),
     "quotes": ("a.csv", text(['"t [ms]","u [V]","y [um]"'], map(quoted, lines())), {}),
     "quotes and decimal comma": ("a.csv", text([quoted(GERMAN[0])], [quoted(r) for r in lines(comma=True)]), {}),
-    "quoted name with a separator": (
-        "a.csv",
-        text(['"time, ms";"drive; u [V]";"y [um]"'], lines()),
-        {"input": "drive; u"},
-    ),
+    "quoted name with a separator": ("a.csv", text(['"time, ms";"drive; u [V]";"y [um]"'], lines()),
+        {"input": "drive; u"}),
     "separator at the end": ("a.csv", text(["t [ms];u [V];y [um];"], lines(end=";")), {}),
     "separator at the end of rows": ("a.csv", text(["t [ms];u [V];y [um]"], lines(end=";")), {}),
     "blank behind separators": ("a.csv", text(["t [ms]; u [V]; y [um]"], lines("; ")), {}),
-    "thousands": (
-        "a.csv",
-        text(["t [us];u [V];y [um]"], [r.replace(".", ",").replace("1000;", "1.000;") for r in lines(factor=1e6)]),
-        {},
-    ),
+    "thousands": ("a.csv",
+        text(["t [us];u [V];y [um]"], [r.replace(".", ",").replace("1000;", "1.000;") for r in lines(factor=1e6)]), {}),
     "decimal sign said": ("a.csv", text(["t [ms];u [V];y [um]"], lines(comma=True)), {"decimal": ","}),
     "minutes": ("a.csv", text(["t [min];u [V];y [um]"], [
         f"{t / 60:.17g};{u!r};{y!r}" for t, u, y in zip(T.tolist(), U.tolist(), Y.tolist(), strict=True)
     ]), {}),
-    "other columns": (
-        "a.csv",
-        text(["Nr;Datum;t [ms];u [V];y [um]"], [f"{k};22.11.2026;{r}" for k, r in enumerate(lines())]),
-        {},
-    ),
+    "other columns": ("a.csv",
+        text(["Nr;Datum;t [ms];u [V];y [um]"], [f"{k};22.11.2026;{r}" for k, r in enumerate(lines())]), {}),
     "by units of measure": ("a.csv", text(["Stempel in ms;Kanal 1 in V;Kanal 2 in µm"], lines(comma=True)), {}),
     "by number": ("a.csv", text(["ms;V;um;V"], [f"{r};{r.split(';')[1]}" for r in lines()]), {
         "time": 1, "input": "2", "output": 3
     }),
     "no names": ("a.dat", text([], lines("\t")), {"rate": 2000.0, "input": 2, "output": 3}),
     "gzip": ("a.csv.gz", gzip.compress(text(GERMAN, lines(comma=True), "cp1252")), {}),
-    "gzip in two members": (
-        "a.csv.gz",
-        gzip.compress(text(GERMAN, lines()[:20])) + gzip.compress(text([], lines()[20:])),
-        {},
-    ),
+    "gzip in two members": ("a.csv.gz",
+        gzip.compress(text(GERMAN, lines()[:20])) + gzip.compress(text([], lines()[20:])), {}),
     "MAT": ("a.mat", mat(time_ms=T * 1e3, u_V=U, y_um=Y, fs=2000.0), {}),
     "MAT, packed": ("a.mat", mat(time_ms=T * 1e3, u_V=U[:, None], y_um=Y[:, None], compressed=True), {}),
     "MAT, one matrix": ("a.mat", mat(data=np.column_stack([T, U, Y])), {
@@ -254,6 +240,21 @@ def test_the_end_of_summer_time_is_no_step_back(tmp_path):
 
 
 @pytest.mark.turn("files in a process of their own")
+@pytest.mark.parametrize(("unit", "seconds"), [
+    ("D", 86400.0), ("h", 3600.0), ("m", 60.0), ("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9),
+])  # fmt: skip
+def test_times_of_numpy_are_read_in_every_unit(unit, seconds):
+    times = np.datetime64("2026-11-22", unit) + 7 * np.arange(9)
+    found = read({"t": times, "u": np.arange(9.0), "y": np.arange(9.0) ** 2})
+    assert found.t == pytest.approx(7 * seconds * np.arange(9), rel=1e-12)
+
+
+def test_ten_thousand_columns_are_the_most():
+    with pytest.raises(InputError, match=r"at most 10000 columns\. Got 10001 instead"):
+        read(np.ones((5, 10_001)))
+    assert read(np.column_stack([T, U, Y, np.ones((N, 9997))]), time=1, input=2, output=3).y.tolist() == Y.tolist()
+
+
 def test_each_number_that_is_no_column_is_named(tmp_path):
     (tmp_path / "a.mat").write_bytes(mat(t=T, u=U, y=Y, gain=3.0, stage=7.0))
     assert "left out gain, stage" in read(tmp_path / "a.mat").read_as
@@ -283,79 +284,57 @@ def test_one_column_left_for_one_role_is_clear(heading, tmp_path):
 
 # ---- refused -------------------------------------------------------------------------------------------------------
 REFUSED = {
-    "thousands or decimals": (
-        text(["t [s];u;y"], [f"{k};{k + 1},125;{k + 2},250" for k in range(9)]), {},
-        ["line 2", "decimal sign must be clear", "'1,125'", "--decimal , or --decimal ."],
-    ),
-    "two inputs": (
-        text(["t;CH1 [V];CH2 [V];y"], [f"{k};1;2;{k}" for k in range(9)]), {},
-        ["line 1", "The input must be one of the columns", "'CH1 [V]' and 'CH2 [V]'", "--input 2"],
-    ),
+    "thousands or decimals": (text(["t [s];u;y"], [f"{k};{k + 1},125;{k + 2},250" for k in range(9)]), {},
+        ["line 2", "decimal sign must be clear", "'1,125'", "--decimal , or --decimal ."]),
+    "two inputs": (text(["t;CH1 [V];CH2 [V];y"], [f"{k};1;2;{k}" for k in range(9)]), {},
+        ["line 1", "The input must be one of the columns", "'CH1 [V]' and 'CH2 [V]'", "--input 2"]),
     "two outputs": (text(["t;u;a [um];b [um]"], [f"{k};1;2;{k}" for k in range(9)]), {}, ["output", "--output 3"]),
     "two times": (text(["time;Zeit;u;y"], [f"{k};{k};2;{k}" for k in range(9)]), {}, ["time", "--time 'time'"]),
     "unknown columns": (text(["t,a,b"], [f"{k},1,{k}" for k in range(9)]), {}, ["input", "Got t, a, b", "--input 2"]),
-    "sensor or actuator": (
-        text(["t,x [um],v [mV]"], [f"{k},1,{k}" for k in range(9)]), {},
-        ["an actuator driven by 'v' or a sensor of 'x'"],
-    ),
+    "sensor or actuator": (text(["t,x [um],v [mV]"], [f"{k},1,{k}" for k in range(9)]), {},
+        ["an actuator driven by 'v' or a sensor of 'x'"]),
     "no time": (text(["u;y"], [f"{k};{k}" for k in range(9)]), {}, ["must include a time", "--rate"]),
     "no names": (text([], [f"{k};{k};1" for k in range(9)]), {"rate": 1.0}, ["3 columns without names", "--input 2"]),
     "number of no column": (
-        text(["t;u;y"], [f"{k};{k};1" for k in range(9)]), {"input": 4}, ["input column must be from 1 to 3. Got 4"],
-    ),
-    "a name twice": (
-        text(["t;u;u;y"], [f"{k};{k};1;1" for k in range(9)]), {"input": "u"},
-        ["'u' must occur once", "number it, 2 and 3"],
-    ),
+        text(["t;u;y"], [f"{k};{k};1" for k in range(9)]), {"input": 4}, ["input column must be from 1 to 3. Got 4"]),
+    "a name twice": (text(["t;u;u;y"], [f"{k};{k};1;1" for k in range(9)]), {"input": "u"},
+        ["'u' must occur once", "number it, 2 and 3"]),
     "time of unknown unit": (
-        text(["t [ticks];u;y"], [f"{k};1;{k}" for k in range(9)]), {}, ["time in s, ms", "--rate"],
-    ),
+        text(["t [ticks];u;y"], [f"{k};1;{k}" for k in range(9)]), {}, ["time in s, ms", "--rate"]),
     "time of day without seconds": (
-        text(["Time;u;y"], [f"12:0{k};{k};1" for k in range(9)]), {}, ["line 2", "'12:00'", "--rate"],
-    ),
+        text(["Time;u;y"], [f"12:0{k};{k};1" for k in range(9)]), {}, ["line 2", "'12:00'", "--rate"]),
     "stamps that are too coarse": (
-        text(["Time;u;y"], [f"12:00:0{k // 2};{k};1" for k in range(9)]), {}, ["line 3", "must increase", "--rate"],
-    ),
+        text(["Time;u;y"], [f"12:00:0{k // 2};{k};1" for k in range(9)]), {}, ["line 3", "must increase", "--rate"]),
     "a date in either order": (
         text(["Time;u;y"], [f"0{k}/02/2026 12:00:00;{k};1" for k in range(1, 9)]), {}, ["date must be clear", "--rate"],
     ),
     "an invalid stamp": (
-        text(["Time;u;y"], [f"12:00:0{k if k != 4 else 'x'};{k};1" for k in range(9)]), {}, ["line 6", "'12:00:0x'"],
-    ),
+        text(["Time;u;y"], [f"12:00:0{k if k != 4 else 'x'};{k};1" for k in range(9)]), {}, ["line 6", "'12:00:0x'"]),
     "stamps of another size than their unit": (
-        text(["time [s];u;y"], [f"{1763800000000 + k};{k};1" for k in range(9)]), {}, ["of ms since 1970", "--rate"],
-    ),
+        text(["time [s];u;y"], [f"{1763800000000 + k};{k};1" for k in range(9)]), {}, ["of ms since 1970", "--rate"]),
     "a line of text between rows": (
         text(["t;u;y"], [*(f"{k};1;{k}" for k in range(5)), "overload", *(f"{k};1;{k}" for k in range(5, 9))]), {},
-        ["line 7", "'overload'"],
-    ),
+        ["line 7", "'overload'"]),
     "a row of text between rows": (
         text(["t;u;y"], [*(f"{k};1;{k}" for k in range(5)), "-;-;-", *(f"{k};1;{k}" for k in range(5, 9))]), {},
-        ["line 7", "'-;-;-'"],
-    ),
+        ["line 7", "'-;-;-'"]),
     "a row of text, separators at the end": (
         text(["t;u;y;"], [*(f"{k};1;{k};" for k in range(5)), "s;V;m;", *(f"{k};1;{k};" for k in range(5, 9))]), {},
-        ["line 7", "'s;V;m;'"],
-    ),
+        ["line 7", "'s;V;m;'"]),
     "an end of text": (text(["t;u;y"], [*(f"{k};1;{k}" for k in range(9)), "End"]), {}, ["line 11", "'End'"]),
     "a missing value": (text(["t;u;y"], [f"{k};{'' if k == 4 else 1};{k}" for k in range(9)]), {}, ["line 6", "'u'"]),
     "a time that is infinite": (
-        text(["t [s];u;y"], [f"{'inf' if k == 8 else k};1;{k}" for k in range(9)]), {}, ["line 10", "'t'", "finite"],
-    ),
-    "a time as input": (
-        text(["t;u;y"], [f"{k};1;{k}" for k in range(9)]), {"time": 1, "input": "t"},
-        ["The input must be a column of its own. Got 't', the time"],
-    ),
+        text(["t [s];u;y"], [f"{'inf' if k == 8 else k};1;{k}" for k in range(9)]), {}, ["line 10", "'t'", "finite"]),
+    "a time as input": (text(["t;u;y"], [f"{k};1;{k}" for k in range(9)]), {"time": 1, "input": "t"},
+        ["The input must be a column of its own. Got 't', the time"]),
     "two decimal signs": (
         text(["t;u;y"], [f"{k};{'1.5' if k == 4 else '2,5'};{k}" for k in range(9)]), {}, ["decimal sign", "--decimal"],
     ),
     "an output in an unknown form": (
-        text(["t;u [V];Weg [nm]"], [f"{k};1;1 20{k},5" for k in range(9)]), {}, ["line 2", "'Weg'", "'1 200,5'"],
-    ),
+        text(["t;u [V];Weg [nm]"], [f"{k};1;1 20{k},5" for k in range(9)]), {}, ["line 2", "'Weg'", "'1 200,5'"]),
     "a quote without end": (text(["t;u;y"], [f'{k};"1;{k}' for k in range(9)]), {}, ["line 2", "quoted cell must end"]),
     "names that do not fit": (
-        text(["t;u"], [f"{k};1;{k}" for k in range(9)]), {}, ["line 2", "2 cells, as line 1", "Got 3"],
-    ),
+        text(["t;u"], [f"{k};1;{k}" for k in range(9)]), {}, ["line 2", "2 cells, as line 1", "Got 3"]),
     "an archive": (b"PK\x03\x04" + bytes(50), {}, ["zip archive", "unpack it"]),
     "a workbook of Excel 97": (b"\xd0\xcf\x11\xe0" + bytes(50), {}, ["save it as xlsx or CSV"]),
     "a MAT file with values of no type": (changed(mat(t=T, u=U, y=Y), 176, 148), {}, ["whole MAT file"]),
@@ -363,25 +342,18 @@ REFUSED = {
     "a MAT file of text": (mat(run="now"), {}, ["'run' of class char", "as variables"]),
     "gzip that breaks off": (gzip.compress(text(GERMAN, lines()))[:60], {}, ["whole gzip archive"]),
     "gzip that unpacks to more": (gzip.compress(bytes(10**6)), {"most": 10**5}, ["at most 100000 bytes when unpacked"]),
-    "columns of different time steps": (
-        lambda: hdf5(with_two_rates), {"input": "fast/u", "output": "slow/y"},
-        ["equal time steps", "'fast/u' (0.0001 s), 'slow/y' (0.0005 s)"],
-    ),
+    "columns of different time steps": (lambda: hdf5(with_two_rates), {"input": "fast/u", "output": "slow/y"},
+        ["equal time steps", "'fast/u' (0.0001 s), 'slow/y' (0.0005 s)"]),
     "channels of different first times": (
-        later_channel, {}, ["equal first times", "'Spannung' (0 s), 'Weg' (0.001 s)"],
-    ),
+        later_channel, {}, ["equal first times", "'Spannung' (0 s), 'Weg' (0.001 s)"]),
     "formulas without stored values": (formulas, {}, ["line 2", "'y'", "no stored value (save in Excel): =B2/2"]),
     "a missing value of netCDF": (
-        lambda: hdf5(lambda file: as_netcdf(file, 1e9)), {}, ["row 4", "'y' column must hold finite numbers", "nan"],
-    ),
+        lambda: hdf5(lambda file: as_netcdf(file, 1e9)), {}, ["row 4", "'y' column must hold finite numbers", "nan"]),
     "a MAT file of complex numbers": (mat(t=T, u=U, y=Y * (1 + 1j)), {}, ["'y'", "real numbers", "complex128"]),
-    "an overload of an instrument": (
-        text(["t;u;y"], [f"{k};1;{'9.9E+37' if k == 4 else k}" for k in range(9)]), {},
-        ["line 6", "'y'", "finite", "9.9e+37 instead, which instruments write for an overload"],
-    ),
+    "an overload of an instrument": (text(["t;u;y"], [f"{k};1;{'9.9E+37' if k == 4 else k}" for k in range(9)]), {},
+        ["line 6", "'y'", "finite", "9.9e+37 instead, which instruments write for an overload"]),
     "columns of different lengths": (
-        mat(t=T, u=U, y=Y[:-1]), {}, ["equal lengths. Got u (40), y (39), t (40) instead"],
-    ),
+        mat(t=T, u=U, y=Y[:-1]), {}, ["equal lengths. Got u (40), y (39), t (40) instead"]),
 }  # fmt: skip
 
 

@@ -114,11 +114,8 @@ def damaged(rows, row, column, value):
 
 
 @pytest.mark.parametrize(("rows", "head", "words"), [
-    (
-        [(*row, 0.0) for row in record()],
-        "t,u,z,w",
-        ["The output must be one of the columns. Got t, u, z, w", "--output"],
-    ),
+    ([(*row, 0.0) for row in record()], "t,u,z,w",
+     ["The output must be one of the columns. Got t, u, z, w", "--output"]),
     (damaged(record(), 17, 1, "nan"), "t,u,y", ["line 19", "u", "nan"]),
     (damaged(record(), 30, 2, "abc"), "t,u,y", ["line 32", "abc"]),
     (damaged(record(), 40, 0, "0.1"), "t,u,y", ["line 42", "0.1"]),
@@ -204,28 +201,18 @@ def test_run_needs_a_scenario(tmp_path):
     (("fit", "lab/piezo.csv"), "lab/piezo.csv: No such file or directory. Did you mean 'labs'?"),
     (("run", "scenarios/pdi"), "scenarios/pdi: No such file or directory. Did you mean 'scenarios/pid'"),
     (("run", "piezo.csv"), "piezo.csv: The scenario must be a folder with a scenario.toml"),
-    (
-        ("predict", "piezo.csv", "piezo.csv", "-o", "o.csv"),
-        "Is it another kind of file? A model ends with .model.toml",
-    ),
+    (("predict", "piezo.csv", "piezo.csv", "-o", "o.csv"), "Is it another kind of file? A model ends with .model.toml"),
     (("fit", "piezo.csv", "--model", "prandtl"), "Got 'prandtl' instead. Did you mean 'prandtl_ishlinskii'?"),
     (("blocks", "pidd"), "Got 'pidd' instead. Did you mean 'pid'?"),
     (("fit", "piezo.csv", "--modle", "auto"), "No such option '--modle'."),
     (("predict", "piezo.csv"), "Missing argument 'DATA'. See 'hystfmu predict --help'."),
     (("predict", "piezo.csv", "piezo.csv"), "Missing option '-o'. See 'hystfmu predict --help'."),
     (("predict", "labs", "piezo.csv", "-o", "o.csv"), "labs: The file must be a regular file. Got a folder."),
-    (
-        ("export", "delay", "--set", "n=abc", "-o", "d.fmu"),
-        "The 'n' size of delay must be an int in [1, 1000000]. Got abc",
-    ),
-    (
-        ("export", "delay", "--set", "m=3", "-o", "d.fmu"),
-        "A parameter of delay must be one of y0 (sizes: n). Got 'm'",
-    ),
-    (
-        ("fit", "piezo.csv", "--input", "u", "--output", "u"),
-        "The output must be a column of its own. Got 'u', the input.",
-    ),
+    (("export", "delay", "--set", "n=abc", "-o", "d.fmu"),
+     "The 'n' size of delay must be an int in [1, 1000000]. Got abc"),
+    (("export", "delay", "--set", "m=3", "-o", "d.fmu"), "A parameter of delay must be one of y0 (sizes: n). Got 'm'"),
+    (("fit", "piezo.csv", "--input", "u", "--output", "u"),
+     "The output must be a column of its own. Got 'u', the input."),
     (("frob",), "No such command 'frob'. See 'hystfmu --help'."),
 ])  # fmt: skip
 def test_a_mistake_gets_one_line_with_what_was_meant(tmp_path, words, says):

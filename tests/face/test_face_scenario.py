@@ -147,14 +147,9 @@ def test_a_unit_may_be_a_block_a_node_a_graph_a_file_or_an_fmu(plant: hy.Model, 
     (lambda s, m: s.case("a", set={"gone.w": 1.0}).ready(), "case a: set: no unit 'gone'"),
     (lambda s, m: s.order("plant").ready(), "order: must name every unit once"),
     (lambda s, m: hy.Scenario("tracking", step=1e-4).ready(), "must have a unit. Got none; add"),
-    (
-        lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).ready(),
-        "must have a metric. Got none; metric",
-    ),
-    (
-        lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).metric("p", "peak", "plant.y").ready(),
-        "stop: The end of the run must be given",
-    ),
+    (lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).ready(), "must have a metric. Got none; metric"),
+    (lambda s, m: hy.Scenario("tracking", step=1e-4).add("plant", m).metric("p", "peak", "plant.y").ready(),
+     "stop: The end of the run must be given"),
     (
         lambda s, m: (
             hy.Scenario("tracking", step=1e-4)

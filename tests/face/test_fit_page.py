@@ -97,8 +97,7 @@ def decaying():
 def test_what_a_record_does_not_show_is_said_alike_on_terminal_page_and_in_json(tmp_path, monkeypatch):
     """Plays miss Bouc-Wen loops, and one decaying sine of one speed shows neither minor loops nor other speeds."""
     monkeypatch.chdir(tmp_path)
-    data = decaying()
-    data.to_csv("decay.csv")
+    decaying().to_csv("decay.csv")
     words = ["fit", "decay.csv", "--model", "prandtl_ishlinskii"]
     done = invoked(words)
     text = interval_text(known(hy.Model.load("decay.prandtl_ishlinskii.model.toml"), hy.read("decay.csv")), "")

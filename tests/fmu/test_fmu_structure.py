@@ -81,8 +81,7 @@ def test_sources_depend_on_the_time(tmp_path: Path) -> None:
 
 def test_names_and_order_of_states_and_derivatives(tmp_path: Path, fmi: int) -> None:
     description = described(loop(), tmp_path / "x.fmu", fmi)
-    names = [u.variable.name for u in description.derivatives]
-    assert names == ["der(dyn_v_1)", "der(dyn_v_2)"]
+    assert [u.variable.name for u in description.derivatives] == ["der(dyn_v_1)", "der(dyn_v_2)"]
     states = [u.variable.derivative for u in description.derivatives]
     assert [x.name for x in states] == ["dyn_v_1", "dyn_v_2"]
     assert description.numberOfContinuousStates == 2

@@ -58,10 +58,7 @@ def test_a_loop_with_a_delay_reads_the_held_value():
 
 @pytest.mark.parametrize(("wires", "message"), [
     ([("a.y", "c.u")], r"The block of a connection end must be one of \['a', 'b'\]. Got 'c.u' instead."),
-    (
-        [("a.q", "b.u")],
-        r"The output of backlash_sum at a connection end must be one of \['y'\]. Got 'a.q' instead.",
-    ),
+    ([("a.q", "b.u")], r"The output of backlash_sum at a connection end must be one of \['y'\]. Got 'a.q' instead."),
     ([("a.y", "b.w")], r"The input of backlash_sum at a connection end must be one of \['u'\]. Got 'b.w' instead."),
     ([("a.y", "b.u"), ("a.y", "b.u")], "An input of 'b' must have one source. Got two connections."),
     ([("a.y[2]", "b.u")], r"must be in 1\.\.1. Got 2 instead."),
@@ -225,22 +222,12 @@ def test_a_byte_order_mark_is_no_text(tmp_path):
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
-    (
-        "format = 1",
-        "format = 9",
-        "format: The format must be 1. Got 9 of a newer version .*: pip install --upgrade hystfmu",
-    ),
+    ("format = 1", "format = 9",
+     "format: The format must be 1. Got 9 of a newer version .*: pip install --upgrade hystfmu"),
     ("format = 1", "format = 2\nkeys_to_come = 3", "format: The format must be 1. Got 2"),
-    (
-        "format = 1",
-        "format = 0",
-        "format: The format must be 1. Got 0 of an older version of HystFMU: create the file again",
-    ),
-    (
-        "format = 1\n",
-        "",
-        "format: The format must be 1. Got none, as in older versions of HystFMU: create the file",
-    ),
+    ("format = 1", "format = 0",
+     "format: The format must be 1. Got 0 of an older version of HystFMU: create the file again"),
+    ("format = 1\n", "", "format: The format must be 1. Got none, as in older versions of HystFMU: create the file"),
     ("format = 1", "format = 'x'", "format: The value must be 1. Got 'x' instead."),
     ('type = "prandtl_ishlinskii"', 'type = "preisach2"', "Got 'preisach2' instead"),
     ("w0 = 0.333", 'w0 = "a"\nw9 = 0.333', "A parameter of .* must be one of .*. Got 'w9' instead."),

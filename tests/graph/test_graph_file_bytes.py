@@ -135,21 +135,14 @@ def test_header(content: bytes, sentence: str) -> None:
     ([gain(b"a" * 255), gain(b"b")], {}, ""),
     ([gain(b"a" * 256), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
     ([gain(b"a\0a"), gain(b"b")], {}, f"{DAMAGED}: name of a block"),
-    (
-        [gain(b"a").replace(b"scaling", b"scalinG"), gain(b"b")],
-        {},
-        "this binary has no block of this name: scalinG",
-    ),
+    ([gain(b"a").replace(b"scaling", b"scalinG"), gain(b"b")], {}, "this binary has no block of this name: scalinG"),
     ([gain(b"a", n=0), gain(b"b")], {}, f"{SIZE} at scaling.n"),
     ([gain(b"a", n=100001), gain(b"b")], {}, f"{SIZE} at scaling.n"),
     ([name(b"a") + name(b"scaling") + u32(2, 1, 1), gain(b"b")], {}, f"{SIZE} at scaling: number of sizes"),
     ([gain(b"a", values=(0.0,) * 3), gain(b"b")], {}, f"{DAMAGED} at scaling: number of values"),
     ([gain(b"a", values=(0.0,) * 5), gain(b"b")], {}, f"{DAMAGED} at scaling: number of values"),
-    (
-        [gain(b"a", values=(np.nan, 0.0, -1.0, 1.0)), gain(b"b")],
-        {},
-        "The 'gain' parameter of a must be a float in (-inf, inf). Got nan instead.",
-    ),
+    ([gain(b"a", values=(np.nan, 0.0, -1.0, 1.0)), gain(b"b")], {},
+     "The 'gain' parameter of a must be a float in (-inf, inf). Got nan instead."),
 ])  # fmt: skip
 def test_blocks(nodes: list[bytes], counts: dict[str, int], sentence: str) -> None:
     assert said(chain(nodes, counts=counts)) == sentence

@@ -183,10 +183,8 @@ def one_model_for_two():
         ),
         "at r: .* must not depend on the time",
     ),
-    (
-        lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
-        "at i: an implicit inverse must not be between",
-    ),
+    (lambda: around([A, Node("i", "implicit_inverse")], [("a.y", "i.y")], ["a.u"], "i.u"),
+     "at i: an implicit inverse must not be between"),
     (wrong_order, "at a: the model .* must follow it in the order of the file"),
     (model_from_behind, "at b: the model .* must follow it in the order of the file"),
     (one_model_for_two, "at c: it belongs to the models of two implicit inverses"),

@@ -68,8 +68,7 @@ def test_the_inverse_of_the_inverse_is_the_model():
 
 def test_an_exact_inverse_survives_its_file(tmp_path):
     inverse(fitted()).save(tmp_path / "i.model.toml")
-    again = Model.load(tmp_path / "i.model.toml")
-    assert again.graph.to_bytes() == inverse(fitted()).graph.to_bytes()
+    assert Model.load(tmp_path / "i.model.toml").graph.to_bytes() == inverse(fitted()).graph.to_bytes()
 
 
 def chain(*nodes, memory="dominant"):
@@ -211,10 +210,7 @@ def test_a_model_that_falls_against_its_input_is_warned_of():
 @pytest.mark.parametrize(("make", "words"), [
     (lambda: plays_only(), ("'w0' parameter of p must be greater than 0", "slope 0 after each reversal", "w0_min")),
     (lambda: fitted("zhao_tan_mlp", iterations=10, starts=1), ("mlp", "no exact inverse", "learned")),
-    (
-        lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"),
-        ("no exact inverse", "'implicit' or 'learned'"),
-    ),
+    (lambda: fitted("preisach", n=6, widths=4, means=2, rate="yes"), ("no exact inverse", "'implicit' or 'learned'")),
     (lambda: chain(memory="last"), ("'last'", "dominant")),
     (lambda: falling(), ("must be increasing", "Got -0.5 instead")),
     (lambda: flat(), ("at c:", "must rise")),
@@ -338,8 +334,7 @@ def test_a_second_network_is_trained_after_a_poor_one_and_the_better_one_stays(m
     seen = []
     monkeypatch.setattr(learned, "_corrected", training(first))
     monkeypatch.setattr(learned, "_direct", training(second))
-    made = learned.learned_inverse(straight(), 3, {}, seen.append)
-    assert made.graph.node("s").value("gain")[0] == taken
+    assert learned.learned_inverse(straight(), 3, {}, seen.append).graph.node("s").value("gain")[0] == taken
     assert seen == ([0.25] if second is None else [0.25, 0.75])
 
 

@@ -131,8 +131,7 @@ def test_sampled_blocks_hold():
         [Input("u", ("a.u_ff",)), Input("y", ("a.y",))],
         [Output("v", "b.y"), Output("w", "a.u")],
     )
-    c = after(graph, [[0.1, 0.2], [0.3, 0.4]])
-    assert c.tangent([1.0, 1.0], [], 2)[0].tolist() == [0.0, 0.0]
+    assert after(graph, [[0.1, 0.2], [0.3, 0.4]]).tangent([1.0, 1.0], [], 2)[0].tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("gain", [1.0, -2.0])

@@ -113,8 +113,7 @@ class Copy:
 
 
 def test_the_example_is_four_files() -> None:
-    folders = [Path(path).parts[0] for path in PARTS]
-    assert folders == ["fmu_build", "fmu_build", "tests", "modelica"]
+    assert [Path(path).parts[0] for path in PARTS] == ["fmu_build", "fmu_build", "tests", "modelica"]
     assert [kind for kind, _ in PARTS.values()] == ["c", "diff", "toml", "modelica"]
     assert not any((ROOT / path).exists() for path in (C_FILE, VECTORS, MODELICA))
 

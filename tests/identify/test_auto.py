@@ -60,17 +60,11 @@ def automatic(plant):
 @pytest.mark.parametrize(("plant", "memory", "chosen", "limit"), [
     pytest.param(
         plants.prandtl_ishlinskii, "return-point", {"prandtl_ishlinskii", "actuator", "fitted_operator_mlp"}, 0.1,
-        marks=pytest.mark.stress,
-    ),
+        marks=pytest.mark.stress),
     (plants.bouc_wen, "no return-point", {"bouc_wen"}, 0.01),
     pytest.param(last_extremum, "no return-point", {"zhao_tan_mlp"}, 5.0, marks=pytest.mark.stress),
-    pytest.param(
-        static,
-        "none",
-        {"constraint_factor_mlp", "fitted_operator_mlp", "zhao_tan_mlp", "play_bank_mlp"},
-        0.1,
-        marks=pytest.mark.stress,
-    ),
+    pytest.param(static, "none", {"constraint_factor_mlp", "fitted_operator_mlp", "zhao_tan_mlp", "play_bank_mlp"}, 0.1,
+        marks=pytest.mark.stress),
 ])  # fmt: skip
 def test_each_class_of_memory(plant, memory, chosen, limit):
     """`limit`: %FS on nested reversals; that of the last extremum is unbounded, and the network is limited."""

@@ -187,8 +187,7 @@ def test_the_fmu_has_them_as_inputs_with_units_of_measure(model, fmi, tmp_path):
         header = archive.read("extra/org.fmi-standard.fmi-ls-ref/input.csv").splitlines()
     found = [e for e in root.iter() if e.get("causality") == "input"]
     assert [e.get("name") for e in found] == ["u", "T", "load"]
-    units = [e.get("unit") or e[0].get("unit") for e in found]
-    assert units == ["V", "degC", "N"]
+    assert [e.get("unit") or e[0].get("unit") for e in found] == ["V", "degC", "N"]
     drift = [float(line.split(b",")[2]) for line in (header[1], header[-1])]
     assert drift == model.provenance["span_covariates"]["T"]
 
@@ -272,8 +271,7 @@ def test_fit_predict_and_check_on_the_command_line(data, tmp_path):
     with open(csv) as f:
         text = f.read().replace("T [degC]", "oven", 1)
     (tmp_path / "e.csv").write_text(text)
-    refused = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted])
-    assert refused.exit_code == 2
+    assert run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted]).exit_code == 2
     named = ["--covariate", "load", "--covariate", "oven"]
     renamed = run.invoke(main, ["predict", out, str(tmp_path / "e.csv"), "-o", predicted, "--json", *named, "--force"])
     assert json.loads(renamed.stdout)["errors"] == done["errors"]

@@ -222,8 +222,7 @@ def test_the_density_is_hats_times_splines_on_the_relays():
             hats = np.maximum(0, 1 - np.abs(2 * min(d / 2, 1.0) - np.arange(3)))
             inner = smooth_density.splines(np.array([m / max(2 - d, step / 2)]), means)[0]
             expected[reversible:] = np.outer(hats, inner).ravel()
-        weight = np.linalg.solve(smooth_density.triangles(n), s.E)[k]
-        assert weight == pytest.approx(expected, abs=1e-10)
+        assert np.linalg.solve(smooth_density.triangles(n), s.E)[k] == pytest.approx(expected, abs=1e-10)
     x = np.arange(reversible + widths * means) ** 2.0
     grid = x[reversible:].reshape(widths, means)
     assert s.along_mean @ x == pytest.approx(np.r_[np.diff(x[:reversible]), np.diff(grid, axis=1).ravel()])

@@ -178,8 +178,7 @@ def test_a_network_is_not_asked_outside_its_training_range(small):
 # ---- grey box ------------------------------------------------------------------------------------------------------
 def test_a_model_of_a_removed_kind_still_runs(small, tmp_path):
     model = fit(small, "prandtl_ishlinskii")
-    old = replace(model, key="prandtl_ishlinskii_asym")
-    old.save(tmp_path / "old.model.toml")
+    replace(model, key="prandtl_ishlinskii_asym").save(tmp_path / "old.model.toml")
     loaded = Model.load(tmp_path / "old.model.toml")
     assert loaded.key == "prandtl_ishlinskii_asym"
     assert loaded.predict(small.u).tobytes() == model.predict(small.u).tobytes()

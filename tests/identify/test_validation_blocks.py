@@ -42,8 +42,7 @@ def entered(u, y):
 def test_noise_that_a_model_refutes_hides_no_error(seed):
     """Kinks of few coarse rows look like noise: the estimate stopped the search at the first kind below it."""
     u = signals.training(40, seed, 0.08)[:200]
-    race = entered(u, draw("plays", seed)(u))
-    assert not race.explained()
+    assert not entered(u, draw("plays", seed)(u)).explained()
     seed %= 60  # of 300 draws, number 61 alone has blocks whose noise is so small that it refutes a right estimate
     u = signals.training(40, seed, 0.015)
     y = draw("plays", seed)(u)

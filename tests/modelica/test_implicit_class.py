@@ -98,10 +98,8 @@ def unlike(node: Node, *more: Node) -> Model:
 
 
 @pytest.mark.parametrize(("make", "message"), [
-    (
-        lambda: chain(Node("p", "implicit_inverse")),
-        "'p': its input h must be wired to a block that depends on its output u",
-    ),
+    (lambda: chain(Node("p", "implicit_inverse")),
+     "'p': its input h must be wired to a block that depends on its output u"),
     (lambda: unlike(Node("i", "zhao_tan_inverse")), "'i': .* no static form of 'zhao_tan_inverse'"),
     (lambda: unlike(Node("g", "transfer_function")), "g: .* not have dynamics"),
 ])  # fmt: skip

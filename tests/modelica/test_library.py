@@ -33,6 +33,7 @@ def test_every_file_stands_where_its_class_says(classes: Classes) -> None:
         assert name.removesuffix(".package") in classes
 
 
+@pytest.mark.stress  # `make check`
 def test_lint_is_quiet_about_every_class(classes: Classes) -> None:
     assert [m for c in classes.values() for m in lint.complaints(c)] == []
 

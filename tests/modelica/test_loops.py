@@ -54,17 +54,10 @@ SLOPES = {"b_rise": [-0.8], "c_rise": [-0.6], "b_fall": [0.8], "c_fall": [-0.6]}
 DUHEM = Node("duhem", "duhem", {}, {"k": 0.6, "a_rise": [0.5], "a_fall": [0.5], **SLOPES})
 # operator of the plant, nodes and wires of its inverse, where its command comes in and out, percent of the stroke
 OTHERS = {
-    "Preisach": (
-        PREISACH,
-        [Node("inverse", "implicit_inverse", {}, {"lo": -2.0, "hi": 2.0}), PREISACH],
-        [("inverse.u", "preisach.u"), ("preisach.y", "inverse.h")],
-        ("feedforward.v", "inverse.y", "inverse.u"),
-        0.001,
-    ),
-    "Duhem": (
-        DUHEM, [Node("inverse", "scaling", {"n": 1}, {"gain": 1 / 0.9})],
-        [("feedforward.v", "pid.u_ff"), ("reference.r", "pid.y_d")], ("pid.u", "inverse.u", "inverse.y"), 0.1,
-    ),
+    "Preisach": (PREISACH, [Node("inverse", "implicit_inverse", {}, {"lo": -2.0, "hi": 2.0}), PREISACH],
+        [("inverse.u", "preisach.u"), ("preisach.y", "inverse.h")], ("feedforward.v", "inverse.y", "inverse.u"), 0.001),
+    "Duhem": (DUHEM, [Node("inverse", "scaling", {"n": 1}, {"gain": 1 / 0.9})],
+        [("feedforward.v", "pid.u_ff"), ("reference.r", "pid.y_d")], ("pid.u", "inverse.u", "inverse.y"), 0.1),
 }  # fmt: skip
 
 

@@ -17,28 +17,13 @@ def complaint(source: str, folder: Path) -> str:
 
 @pytest.mark.some(1)
 @pytest.mark.parametrize(("component", "inputs", "message"), [
-    (
-        "Operators.Sampled.PrandtlIshlinskii a(n = 2, depth = 4, r = {0.2, 0.1})",
-        "u",
-        "thresholds r must not decrease",
-    ),
-    (
-        "Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 2, depth = 4, r = {0.2, 0.1})",
-        "y",
-        "thresholds r must not decrease",
-    ),
-    (
-        "Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 1, depth = 4, w0 = 1, w = {-1})",
-        "y",
-        "must be greater than 0",
-    ),
+    ("Operators.Sampled.PrandtlIshlinskii a(n = 2, depth = 4, r = {0.2, 0.1})", "u", "thresholds r must not decrease"),
+    ("Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 2, depth = 4, r = {0.2, 0.1})", "y",
+     "thresholds r must not decrease"),
+    ("Inverse.Sampled.PrandtlIshlinskiiInverse a(n = 1, depth = 4, w0 = 1, w = {-1})", "y", "must be greater than 0"),
     ("Operators.Sampled.BoucWen a(beta = 0.5, gamma = -0.5)", "u", "beta + gamma must be greater than 0"),
     ("Operators.Sampled.BoucWen a(z0 = 1.1)", "u", "z0) must be at most"),
-    (
-        "Operators.Smooth.PrandtlIshlinskii a(n = 1, r = {1e-6}, width = 1e-3)",
-        "u du",
-        "width must be greater than 0",
-    ),
+    ("Operators.Smooth.PrandtlIshlinskii a(n = 1, r = {1e-6}, width = 1e-3)", "u du", "width must be greater than 0"),
     ("Operators.Smooth.PlayBank a(n = 1, r = {1e-6}, width = 0)", "u du", "width must be greater than 0"),
     ("Operators.Smooth.ZhaoTan a(width = 3)", "x dx", "reach must be greater than 0"),
     ("Operators.Smooth.KrasnoselskiiPokrovskii a(width = 2)", "u du", "width must be between 0 and 1"),

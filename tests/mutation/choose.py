@@ -41,13 +41,10 @@ MASTER = [
 PATHS = {  # what may judge the rooms of one library or language; the rest of tests/c compiles everything anew
     "python": [
         *(f"tests/{name}" for name in ("study", "scenarios", "identify", "design", "data", "face", "start", "base")),
-        "tests/graph/test_inverse.py",
-        "tests/graph/test_inverse_dynamics.py",
-    ],
+        "tests/graph/test_inverse.py", "tests/graph/test_inverse_dynamics.py"],
     "core": [
         *(f"tests/{name}" for name in ("contract", "blocks", "graph")), "tests/identify/estimate/test_sensitivities.py",
-        "tests/c/test_turning_points.py", "tests/c/test_elementary.py", "tests/c/test_numerics.py", *MASTER,
-    ],
+        "tests/c/test_turning_points.py", "tests/c/test_elementary.py", "tests/c/test_numerics.py", *MASTER],
     "fmi": ["tests/fmu", "--ignore=tests/fmu/importers"],
     "container": [f"tests/scenarios/test_{name}.py" for name in ("container", "drawn_units")],
 }  # fmt: skip

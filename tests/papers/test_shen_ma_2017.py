@@ -131,8 +131,7 @@ def test_half_of_the_printed_thresholds_are_dead():
     both = (moves > 0).any(axis=0) & (moves < 0).any(axis=0)
     assert 95 <= both.sum() <= 101
     data = Dataset.from_signal(u, plants.prandtl_ishlinskii(u))
-    weights = shen_ma_2017.paper_pi(data, 200).graph.node("hysteresis").value("w")
-    assert (weights[101:] == 0).all()
+    assert (shen_ma_2017.paper_pi(data, 200).graph.node("hysteresis").value("w")[101:] == 0).all()
 
 
 # ---- models --------------------------------------------------------------------------------------------------------
@@ -173,8 +172,7 @@ def test_hidden_sweep():
     found = hidden_sweep(x, y, odd, even, (2, 1, 8), chosen, progress=fractions.append)
     assert found[1] > 100 * found[2] > 0
     assert list(found) == [2, 1, 8]
-    here = hidden_sweep(x, y, odd, even, (1,), chosen)
-    assert here[1] == pytest.approx(found[1], rel=1e-6)
+    assert hidden_sweep(x, y, odd, even, (1,), chosen)[1] == pytest.approx(found[1], rel=1e-6)
     assert max(fractions) == 1
     assert all(0 < f <= 1 for f in fractions)
     u = signals.training(20, 1)[::3]

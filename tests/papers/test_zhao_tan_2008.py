@@ -80,8 +80,7 @@ def networks():
             3,
             nn.Sequential(
                 nn.Linear(3, 20), nn.Tanh(), nn.Sequential(nn.Linear(20, 15, bias=False), nn.ReLU(), nn.Identity()),
-                nn.Linear(15, 9), nn.Sigmoid(), nn.Linear(9, 2),
-            ),
+                nn.Linear(15, 9), nn.Sigmoid(), nn.Linear(9, 2)),
         ),
         "activations at both ends": (4, nn.Sequential(nn.Tanh(), nn.Linear(4, 6), nn.Linear(6, 3), nn.ReLU())),
         "one Linear": (5, nn.Linear(5, 3)),
@@ -174,6 +173,5 @@ def test_table_with_one_seed_and_less_data(monkeypatch):
     assert scanned.keys() == {0.026735, 0.01027, 0.0363, 0.013, 0.0617}
     assert {of for _, of in scanned.values()} == {2}, "two decays, or one other decay for each"
     assert len([r for r in report.rows if r.where == "scan"]) == 6
-    drawn = {figure(d) for d in report.drawings}
-    assert drawn == {f"fig. {n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 12, 13)}
+    assert {figure(d) for d in report.drawings} == {f"fig. {n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 12, 13)}
     reasons.check(report)

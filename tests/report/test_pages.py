@@ -97,8 +97,7 @@ def test_zoom_by_drag_wheel_and_keys_and_back(browser: Browser, file: Path) -> N
         assert max(near) < 13  # volts
         t, reference, _ = (p.mouse.move(*inside(plot, 0.5, 0.5)), numbers(p, 0))[1]
         assert reference == pytest.approx(10 * t, abs=0.12)
-        shown = plot.locator("path.line").nth(1).bounding_box()
-        assert shown is not None
+        assert plot.locator("path.line").nth(1).bounding_box() is not None
         p.mouse.dblclick(*inside(plot, 0.5, 0.5))
         assert ticks(plot) == whole
         p.mouse.wheel(0, -300)  # chosen by the click

@@ -234,8 +234,7 @@ def tried(folder: Path, n: int = 1, h: float = 0.0) -> list[str]:
 
 def test_errors_name_the_unit(foreign: Any, tmp_path: Path) -> None:
     box, system = unpacked(foreign(), tmp_path)
-    library = next((box / "resources" / "units" / "plays" / "binaries").rglob("*.so"))
-    library.write_bytes(b"no library")
+    next((box / "resources" / "units" / "plays" / "binaries").rglob("*.so")).write_bytes(b"no library")
     (line,) = tried(box)
     assert line.startswith("unit 'plays': its library cannot be loaded: ")
     system.write_text(system.read_text().replace("Gauss", "").replace("coupling 0", "coupling 7"))
@@ -348,6 +347,8 @@ def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: st
     (said,) = tried(box)
     assert said.startswith("resources/system.txt is damaged near its byte ")
     file.write_text(whole.replace("unit x ", "unit x%4A "))
+    assert tried(box) == []
+    file.write_text(whole.replace("unit x ", "unit %44 "))
     assert tried(box) == []
 
 

@@ -182,10 +182,8 @@ def test_drawn_units(write: Any, tmp_path: Path, seed: int) -> None:
 def test_a_unit_that_ends_the_simulation(write: Any, tmp_path: Path, fmi: int, kind: str) -> None:
     """Called directly or by types, in an engine or a container: it is not stepped on."""
     folder = write(
-        {
-            "name": "ended", "step": H, "stop": 5 * H, "order": ["x0"], "units": {"x0": {"fmu": "x0.fmu"}},
-            "metrics": {"p": {"kind": "final", "signal": "x0.y0"}},
-        }
+        {"name": "ended", "step": H, "stop": 5 * H, "order": ["x0"], "units": {"x0": {"fmu": "x0.fmu"}},
+         "metrics": {"p": {"kind": "final", "signal": "x0.y0"}}}
     )  # fmt: skip
     drawn_fmu(folder / "x0.fmu", fmi, [Variable("y0", kind, "output", (value(random.Random(1), kind),))], 3)
     system = ready(folder)

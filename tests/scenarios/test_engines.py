@@ -52,8 +52,7 @@ def test_the_loop_as_one_graph_and_one_fmu_gives_the_same_bits(loop: Any, write:
     trace = simulate(system, "native")
     graph = to_graph(system)
     n = system.n_steps + 1
-    inside = graph.run(np.full((n, 1), 0.125), system.h)
-    assert inside.tobytes() == trace.values.tobytes()
+    assert graph.run(np.full((n, 1), 0.125), system.h).tobytes() == trace.values.tobytes()
 
     fmu = Slave(export_fmu(graph, tmp_path / "loop.fmu", fmi=2), tmp_path / "unpacked")
     rows = [fmu.start()]  # the constant input is the start value: nothing to set
@@ -248,6 +247,9 @@ def test_units_of_measure_follow_connections_metrics_and_blocks_that_do_not_scal
     peak, rms = (s.case.metrics["tracking"].model_copy(update={"kind": k}) for k in ("peak", "rms"))
     assert [unit_of_metric(s, m) for m in (peak, rms, s.case.metrics["tracking"])] == ["um", "um", "%"]
     assert [label("a", "um"), label("a", "")] == ["a in um", "a"]
+    loop["metrics"]["tracking"]["kind"] = "final"
+    del loop["metrics"]["tracking"]["stroke"]
+    assert unit_of(ready(write(loop)), "reference.r") == "um"
     plant["inputs"][0]["unit"] = "um"
     plant["outputs"][0]["unit"] = "V"
     loop["connections"]["late.u"] = "pid.u"  # a sum of V and um

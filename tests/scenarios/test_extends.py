@@ -151,10 +151,8 @@ def test_units_that_a_case_adds_step_last_unless_it_states_an_order(loop: Any, w
     ({"case": [{"name": "a", "conditions": "slow"}]}, ["case.0.conditions", "list"]),
     ({"conditions": {"slow": {"stop": -1.0}}}, ["conditions.slow.stop", "greater than 0"]),
     ({"conditions": {"slow": {"conditions": ["slow"]}}}, ["conditions.slow.conditions: There is no such key"]),
-    (
-        {"conditions": {"slow": {"limits": {"ghost": 1.0}}}, "case": [{"name": "a"}]},
-        ["case a: limits: no metric 'ghost'"],
-    ),
+    ({"conditions": {"slow": {"limits": {"ghost": 1.0}}}, "case": [{"name": "a"}]},
+     ["case a: limits: no metric 'ghost'"]),
     ({"conditions": 3}, ["conditions: ", "dict"]),
 ])  # fmt: skip
 def test_an_error_names_the_file_and_its_key(loop: Any, write: Any, own: Any, words: list[str]) -> None:

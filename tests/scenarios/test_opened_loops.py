@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,20 @@ def test_the_delays_up_to_which_it_is_stable() -> None:
     assert np.isnan(loop(integrator(120.0)).stable_to((0.0, 1.0)))
     assert loop(integrator(45.0)).stable_at(1.0)
     assert not loop(integrator(45.0)).stable_at(2.0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_plant_that_falls_with_its_command_has_the_row_of_its_mirror_image(sign: int) -> None:
+    """The sector reaches 0, and the largest gain is the one of the largest modulus: here z^2 - z + 0.6."""
+    made = loop(integrator(30.0 * sign))
+    named = SimpleNamespace(case=SimpleNamespace(scenario="s", name="a"))
+    made = replace(made, system=named, slopes=tuple(sorted((0.0, 2.0 * sign))))  # type: ignore[arg-type]
+    made.__dict__["nominal"] = 1.0 * sign
+    found = module._row([made], False)
+    assert found.margins["stable_to_steps"] == 2.0
+    z = np.exp(1j * np.linspace(1e-3, np.pi, 100_000))
+    expected = -20 * np.log10(np.abs(1 + 0.6 / (z - 1) / z).min())
+    assert found.margins["Ms_1_largest_db"] == pytest.approx(expected, abs=1e-3)
 
 
 # a plant of two states whose output is twice the first one, and a controller with a state of its own

@@ -90,10 +90,8 @@ def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
     units = {"play": PLAY, "lag": LAG, "level": level}
     s = system(write, "play lag level reference law", units, WIRES | {"level.u": "lag.y", "law.y": "level.y"})
     assert [has_memory(p.own) for p in s.parts] == [True, False, False, False, False]
-    gain = as_gain(s.parts[0])
-    assert gain.run(np.array([0.3, -2.0])).tolist() == [0.3, -2.0]
-    flat = for_small_signals(s.parts[2].own)
-    assert flat.run(np.array([0.123, 0.05])).tolist() == [0.123, 0.05]
+    assert as_gain(s.parts[0]).run(np.array([0.3, -2.0])).tolist() == [0.3, -2.0]
+    assert for_small_signals(s.parts[2].own).run(np.array([0.123, 0.05])).tolist() == [0.123, 0.05]
     law = as_gain(s.parts[4])
     assert law.n_inputs == len(s.parts[4].inputs)
     wide = np.arange(2.0 * law.n_inputs).reshape(2, -1)
@@ -101,18 +99,12 @@ def test_what_has_memory_and_what_becomes_of_it(write: Any) -> None:
 
 
 @pytest.mark.parametrize(("change", "said"), [
-    (
-        {"coupling": {"scheme": "jacobi"}},
-        "The coupling must be gauss_seidel, whose order the loop follows. Got jacobi instead.",
-    ),
-    (
-        {"metrics": {"p": {"kind": "peak", "signal": "lag.y"}}},
-        "A metric must compare an output with a reference. Got none.",
-    ),
-    (
-        {"connections": {"law.y_d": "reference.r", "law.y": "reference.r", "play.u": "law.u", "lag.u": "play.y"}},
-        "The case must have feedback. Got an open loop: lag does not act on itself.",
-    ),
+    ({"coupling": {"scheme": "jacobi"}},
+     "The coupling must be gauss_seidel, whose order the loop follows. Got jacobi instead."),
+    ({"metrics": {"p": {"kind": "peak", "signal": "lag.y"}}},
+     "A metric must compare an output with a reference. Got none."),
+    ({"connections": {"law.y_d": "reference.r", "law.y": "reference.r", "play.u": "law.u", "lag.u": "play.y"}},
+     "The case must have feedback. Got an open loop: lag does not act on itself."),
 ])  # fmt: skip
 def test_a_loop_without_margins_says_why(write: Any, change: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=f"^s/nominal: {re.escape(said)}$"):
@@ -176,10 +168,8 @@ def test_numbers_at_the_ends_of_the_range_end(write: Any) -> None:
     with pytest.raises(InputError, match=r"stop: must be a multiple of the step 4\.94066e-324 s; got 1$"):
         ready(
             write(
-                {
-                    "name": "s", "step": 5e-324, "stop": 1.0, "order": ["law"], "units": {"law": LAW},
-                    "metrics": {"p": {"kind": "peak", "signal": "law.u"}},
-                }
+                {"name": "s", "step": 5e-324, "stop": 1.0, "order": ["law"], "units": {"law": LAW},
+                 "metrics": {"p": {"kind": "peak", "signal": "law.u"}}}
             )
         )  # fmt: skip
 

@@ -69,21 +69,12 @@ def broken(data: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
     ("units/pid/values", {"Kq": 1.0}, ["A parameter of pid must be one of", "Got 'Kq' instead"]),
     ("units/pid/values", {"tau": -1.0}, ["tau", "Got -1"]),
     ("units/pid/values", {"Kp": "a"}, ["units.pid: The 'Kp' parameter"]),
-    (
-        "units/pid/values",
-        {"Kp": {"a": 1}},
-        ["units.pid.values.Kp: The value must be a valid boolean or integer or number or string"],
-    ),
-    (
-        "units/plant",
-        {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2, 0.1]}},
-        ["units.plant: ", "the thresholds r must not decrease"],
-    ),
-    (
-        "units/plant",
-        {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2]}},
-        ["units.plant: ", "'r' parameter of prandtl_ishlinskii must have 2 values. Got 1 instead"],
-    ),
+    ("units/pid/values", {"Kp": {"a": 1}},
+     ["units.pid.values.Kp: The value must be a valid boolean or integer or number or string"]),
+    ("units/plant", {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2, 0.1]}},
+     ["units.plant: ", "the thresholds r must not decrease"]),
+    ("units/plant", {"block": "prandtl_ishlinskii", "dims": {"n": 2}, "values": {"r": [0.2]}},
+     ["units.plant: ", "'r' parameter of prandtl_ishlinskii must have 2 values. Got 1 instead"]),
     ("units/pid/set", {"Kq": 1.0}, ["no parameter 'Kq'"]),
     ("units/pid/set", {"Kp": "*x"}, ["'*' must be followed by a number", "'*x'"]),
     ("units/pid/model", "a.model.toml", ["exactly one of model, block, graph, inverse_of"]),
@@ -142,6 +133,10 @@ def test_a_symbolic_link_does_not_lead_out(loop: Any, write: Any, tmp_path: Any)
 def test_a_metric_that_needs_a_partner_says_so(loop: Any, write: Any) -> None:
     del loop["metrics"]["tracking"]["against"]
     with pytest.raises(InputError, match=r"metrics\.tracking: .*rms_percent needs 'against'"):
+        hy.run([write(loop)], engine="native")
+    loop["metrics"]["tracking"] |= {"against": "reference.r", "lines": True}
+    loop["ripple"] = 4  # the reference is a staircase, and rows at its turns look like a line
+    with pytest.raises(InputError, match=r"tracking\.lines: .* reference has one in every 4 rows: set fine = true"):
         hy.run([write(loop)], engine="native")
 
 

@@ -210,21 +210,15 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
     ({"elements": component("a") * 2}, "a component must have a unique name of letters, digits and _; got 'a'"),
     ({"elements": component("1a")}, "a component must have a unique name of letters, digits and _; got '1a'"),
     ({"elements": component("a", type="application/x-ssp")}, "a: must be an FMU; got the type 'application/x-ssp'"),
-    (
-        {"elements": component("a", values(value("p", "1", "Binary")))},
-        "ParameterValues: p: a value of type Binary is not read",
-    ),
-    (
-        {"elements": component("a", values(value("p", "yes", "Boolean")))},
-        "ParameterValues: p: must be true or false; got 'yes'",
-    ),
+    ({"elements": component("a", values(value("p", "1", "Binary")))},
+     "ParameterValues: p: a value of type Binary is not read"),
+    ({"elements": component("a", values(value("p", "yes", "Boolean")))},
+     "ParameterValues: p: must be true or false; got 'yes'"),
     ({"elements": component("a", values(value("p", "z")))}, "ParameterValues: p: must be a number; got 'z'"),
     ({"wires": wire("a.y", "c.u")}, "a connection names c.u, which does not exist"),
     ({"wires": wire("a.z", "b.u")}, "a connection names a.z, which does not exist"),
-    (
-        {"wires": wire("a.y", "b.u", "<d:LinearTransformation/>")},
-        "connection of a.y: transformations are not supported",
-    ),
+    ({"wires": wire("a.y", "b.u", "<d:LinearTransformation/>")},
+     "connection of a.y: transformations are not supported"),
     (
         {
             "shared": "<d:ParameterBindings><d:ParameterBinding><d:ParameterMapping/></d:ParameterBinding>"
@@ -238,15 +232,11 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
     ({"elements": component("a", source=LONG)}, f"a: source: must be a file of the archive; got '{LONG}'"),
     ({"shared": bound('source="%00"')}, "%00: embedded null byte"),
     ({"elements": component("a", implementation="ScheduledExecution")}, "a: Scheduled Execution is not supported"),
-    (
-        {"shared": bound('type="text/csv" source="a.csv"')},
-        "a parameter binding must have the type application/x-ssp-parameter-set; got 'text/csv'",
-    ),
+    ({"shared": bound('type="text/csv" source="a.csv"')},
+     "a parameter binding must have the type application/x-ssp-parameter-set; got 'text/csv'"),
     ({"shared": bound('source="a.ssv" sourceBase="component"')}, "a.ssv: sourceBase must be SSD; got 'component'"),
-    (
-        {"shared": bound('source="a.ssv"'), "files": {"a.ssv": "<ParameterSet/>"}},
-        "a.ssv: must begin with ParameterSet; got ParameterSet",
-    ),
+    ({"shared": bound('source="a.ssv"'), "files": {"a.ssv": "<ParameterSet/>"}},
+     "a.ssv: must begin with ParameterSet; got ParameterSet"),
     (
         {
             "shared": '<d:Connectors><d:Connector name="k" kind="parameter"/></d:Connectors>'
@@ -254,16 +244,12 @@ def test_the_result_that_travels_with_an_archive(tmp_path: Path) -> None:
         },
         "k: a connector of the system cannot have a value: give it to a component",
     ),
-    (
-        {"wires": '<d:Connection startConnector="o" endConnector="i"/>'},
-        "connection of o with i: two connectors of the system must not be connected",
-    ),
+    ({"wires": '<d:Connection startConnector="o" endConnector="i"/>'},
+     "connection of o with i: two connectors of the system must not be connected"),
     ({"stop": 1e300}, "4e+300 steps of 0.25 s; at most 100000000 can run"),
     ({"rest": '<d:DefaultExperiment startTime="0.5" stopTime="1.0"/>'}, "startTime: must be 0; got 0.5"),
-    (
-        {"shared": '<d:ParameterBindings><d:ParameterBinding source="../../x"/></d:ParameterBindings>'},
-        "'../../x' lies outside the archive",
-    ),
+    ({"shared": '<d:ParameterBindings><d:ParameterBinding source="../../x"/></d:ParameterBindings>'},
+     "'../../x' lies outside the archive"),
 ])  # fmt: skip
 def test_what_is_not_understood_is_refused_by_name(tmp_path: Path, change: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError) as e:

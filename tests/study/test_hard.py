@@ -144,8 +144,7 @@ def test_a_slow_sensor_and_jitter_do_what_they_say() -> None:
 @pytest.mark.some(1)
 @pytest.mark.parametrize("name", some(LOOPS))
 def test_recorded_errors_are_those_of_the_scenarios(name: str) -> None:
-    again = script("run_hard").cases(name)
-    assert again == pytest.approx(recorded(name)["cases"], rel=1e-6)
+    assert script("run_hard").cases(name) == pytest.approx(recorded(name)["cases"], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", STABLE)

@@ -154,19 +154,31 @@ def test_margins_of_a_draw_are_those_of_the_loop() -> None:
     assert loop_metrics(system, {"pid.Kd": "*4"})["Ms_db"] == math.inf
 
 
+def around(plant: hy.Node, wanted: str = "reference.r") -> hy.Scenario:
+    loop = hy.Scenario("short", step=1e-3, stop=0.02).add("reference", hy.blocks.Reference(frequency=200.0))
+    loop.add("plant", plant).add("law", hy.blocks.Pid(Kp=0.0, Ki=200.0))
+    loop.metric("miss", "rms_percent", "plant.y", "reference.r").connect(wanted, "law.y_d")
+    return loop.connect("plant.y", "law.y").connect("law.u", "plant.u")
+
+
 def test_a_stable_loop_whose_corrections_may_grow_has_no_pole_outside() -> None:
     """With a short period, stable by the encirclements of its memory: abs(Q - L T) is above 1 between the harmonics."""
-    loop = hy.Scenario("short", step=1e-3, stop=0.02).add("reference", hy.blocks.Reference(frequency=200.0))
-    loop.add("plant", hy.blocks.TransferFunction(na=1, nb=0, b=[1.0], a=[2e-3, 1.0]))
+    loop = around(hy.Node("lag", "transfer_function", {"na": 1, "nb": 0}, {"b": [1.0], "a": [2e-3, 1.0]}), "memory.r")
     loop.add("memory", hy.blocks.Repetitive(n=5, n_q=1, n_l=1, q=[0.5, 0.25], l=[0.0, 0.5, 0.0]))
-    loop.add("law", hy.blocks.Pid(Kp=0.0, Ki=200.0)).metric("miss", "rms_percent", "plant.y", "reference.r")
-    loop.connect("reference.r", "memory.y_d").connect("plant.y", "memory.y").connect("memory.r", "law.y_d")
-    loop.connect("plant.y", "law.y").connect("law.u", "plant.u")
-    system = build(loop.ready().cases[0])
+    loop.connect("reference.r", "memory.y_d").connect("plant.y", "memory.y")
+    system = build(loop.order("reference", "plant", "memory", "law").ready().cases[0])
     assert open_loop(system, (1.0, 1.0)).learning() > 1
     found = loop_metrics(system, {})
     assert found["Ms_db"] < 5
     assert found["radius"] < 1
+
+
+def test_a_slope_of_zero_opens_the_loop_and_makes_no_draw_unstable() -> None:
+    """Plays without linear term stand still after a reversal, and the integral keeps its value."""
+    plays = hy.Node("plays", "prandtl_ishlinskii", {"n": 1}, {"w0": 0.0, "r": [0.1], "w": [1.0]})
+    system = build(around(plays).ready().cases[0])
+    assert open_loop(system).slopes[0] == 0
+    assert 0.999 < loop_metrics(system, {})["radius"] < 1
 
 
 # ---- two studies -----------------------------------------------------------------------------------------------------

@@ -35,7 +35,7 @@ from hystfmu.base import InputError, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Candidate, candidates, method, too_large
 from hystfmu.identify.cuts import shortened
-from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine
+from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine_records
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.race import EXACT, LOSER, Race, Trial
@@ -97,10 +97,14 @@ def choose(
     """
     started = time.perf_counter()
     where = data.path or data.name
-    seen = examine(data.longest())
+    seen, raced = examine_records(data), data
     entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
     most = affordable([c for _, c in entered.values()], data.train.stop)
-    raced = shortened(data if data.train.stop <= most else data.longest(), most)
+    if data.train.stop > most and len(data.starts) > 1:  # the only record of the race may have one speed
+        raced = data.longest()
+        seen = examine_records(raced)
+        entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
+    raced = shortened(raced, most)
     race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
     race.reasons |= reasons
     untried = list(reasons)

@@ -130,7 +130,7 @@ BOUND = 2.0  # times the expected error: 19 of 20 errors of drawn devices lie be
 LEAST = 0.5  # of the noise of the record: a smaller bound is not what the record can show
 IN_BAND = 5  # of a reference that must lie in the coherent band
 FAR = 5.0  # times the noise of the record: an error that a fit at its bounds must not have
-OTHER_KIND = "name another kind of model or none"
+OTHER_KIND = "name another kind with --model, or omit --model"
 SLIGHT = 0.2  # percent of the span: an error that is never far, such as on rows of few digits
 
 

@@ -75,8 +75,7 @@ def loop_metrics(system: System, settings: Mapping[str, Any]) -> dict[str, float
     opened = open_loop(_varied(system, whole))
     delay = sum(fine.values())
     found = opened.margins(delay=delay)
-    slopes = np.linspace(*opened.slopes, SLOPES)
-    radius = max(_radius(opened, float(s), delay) for s in slopes)
+    radius = max(_radius(opened, s, delay) for s in opened.tested)
     return {"Ms_db": found.Ms_db if found.stable else math.inf, "radius": radius}
 
 

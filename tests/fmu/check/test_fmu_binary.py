@@ -198,11 +198,9 @@ DERIVATIVE = (
 @linux
 @pytest.mark.usefixtures("without_fmutool")
 @pytest.mark.parametrize(("function", "patch", "expected"), [
-    (
-        "CompletedIntegratorStep",
-        f"{COMPLETED} {{ *e = *t = fmi2False; (void)theirs, (void)c, (void)n; return fmi2OK; }}",
-        "Model Exchange differs from Co-Simulation: y is",
-    ),
+    ("CompletedIntegratorStep",
+     f"{COMPLETED} {{ *e = *t = fmi2False; (void)theirs, (void)c, (void)n; return fmi2OK; }}",
+     "Model Exchange differs from Co-Simulation: y is"),
     (
         "SetTime",
         "fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t) { fmi2Status s = theirs(c, t); fmi2Boolean e, end; "

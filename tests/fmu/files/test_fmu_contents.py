@@ -213,8 +213,7 @@ def test_a_graph_has_a_default_experiment(tmp_path: Path, fmi: int) -> None:
 
 # ---- names of two devices --------------------------------------------------------------------------------------------
 def hystfmu(*words: object) -> str:
-    done = invoked([str(w) for w in words])
-    return done.output
+    return invoked([str(w) for w in words]).output
 
 
 @pytest.fixture(scope="module")

@@ -191,8 +191,7 @@ def loop_row(folder: Path, work: Path) -> dict[str, float | str]:
         )
     for fmi in (2, 3):
         runs[f"FMU fmpy CS {fmi}"] = lambda fmi=fmi: as_one(case, fmi, names, rows[:n, 1:], work)
-    found = cells(runs, LOOP_COLUMNS)
-    return found | {"own order": max(written.differences.values()) / 100}
+    return cells(runs, LOOP_COLUMNS) | {"own order": max(written.differences.values()) / 100}
 
 
 def as_one(case: object, fmi: int, names: list[str], want: Array, work: Path) -> float | str:

@@ -88,8 +88,7 @@ def hystfmu(key: str, *arguments: object) -> str:
     """Run a command: one fit in a shell, the other commands in this process."""
     words = list(map(str, arguments))
     if (key, words[0]) != ("prandtl_ishlinskii", "fit"):
-        result = invoked(words)
-        return result.stdout
+        return invoked(words).stdout
     shell = [sys.executable, "-m", "hystfmu.cli", *words]
     done = subprocess.run(shell, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr

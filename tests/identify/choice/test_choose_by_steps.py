@@ -47,7 +47,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(race, "noise", lambda y: 0.0)
         monkeypatch.setattr(race, "unseen", lambda data: 0.0)
         monkeypatch.setattr(auto, "candidates", lambda: found)
-        monkeypatch.setattr(auto, "examine", lambda data: seen)
+        monkeypatch.setattr(auto, "examine_records", lambda data: seen)
         monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
         monkeypatch.setattr(auto, "method", lambda key: SimpleNamespace(covariates=key == "key takes"))
         monkeypatch.setattr(race.guards, "leaves", lambda graph, y, measured, span: False)

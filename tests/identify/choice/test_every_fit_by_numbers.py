@@ -27,11 +27,7 @@ def gain(k=1.0, offset=0.0, name="u"):
 @pytest.mark.parametrize("key", ["prandtl_ishlinskii", "auto"])
 @pytest.mark.parametrize(("u", "y", "words"), [
     (U, np.full(400, np.nan), "must have a measured output"),
-    (
-        np.where(np.arange(400) == 7, 1.01e100, U),
-        U,
-        r"row 7: The values of u must be at most 1e\+100. Got 1.01e\+100",
-    ),
+    (np.where(np.arange(400) == 7, 1.01e100, U), U, r"row 7: The values of u must be at most 1e\+100. Got 1.01e\+100"),
     (U, np.where(np.arange(400) == 9, -1.01e100, U), r"row 9: The values of y must be at most 1e\+100"),
     (np.where(np.arange(400) < 300, 5.0, U), U, "The u of the training rows must vary. Got the constant 5"),
     (U, 0.99e-100 * (U - U.min()) / np.ptp(U[:300]), "The span of y in the training rows must be at least 1e-100"),

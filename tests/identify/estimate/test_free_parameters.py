@@ -318,8 +318,7 @@ def test_a_file_is_fitted_in_python_and_by_the_command(folder):
 
 @pytest.mark.some(0.5)
 def test_a_model_file_with_a_table_of_free_parameters_is_fitted_again(folder):
-    model = hy.fit(hy.read("d.csv"), Path("my.graph.toml"), starts=1)
-    model.save("m.model.toml")
+    hy.fit(hy.read("d.csv"), Path("my.graph.toml"), starts=1).save("m.model.toml")
     text = Path("m.model.toml").read_text()
     Path("again.graph.toml").write_text(text + '\n[free]\n"out.offset" = true\n')
     again = hy.fit(hy.read("d.csv"), Path("again.graph.toml"))

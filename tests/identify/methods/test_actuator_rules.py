@@ -90,8 +90,7 @@ def test_equal_weights_help_an_even_output():
 @pytest.mark.parametrize(("option", "error", "kept"), [(None, 0.9, True), (None, 0.96, False), ("yes", 2.0, True)])
 def test_dynamics_are_searched_on_every_third_row(option, error, kept):
     f, told = Fitting(lambda p: error, {"dynamics": option}), []
-    found = actuator._moving(f, trial(1.0), told.append)
-    assert (found.parts.g is G) is kept
+    assert (actuator._moving(f, trial(1.0), told.append).parts.g is G) is kept
     assert f.asked[0][1].tolist() == list(range(0, 90, 3))
     assert told == [1.0]
 

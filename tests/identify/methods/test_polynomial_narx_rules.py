@@ -87,8 +87,7 @@ def test_a_covariate_scales_a_network_of_its_own():
     limited = np.clip(T, lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo))
     c = (2 * limited - lo - hi) / (hi - lo)
     want = np.hstack([phi, phi * c[:, None]]) @ theta * s.half + s.middle
-    got = graph.run(np.column_stack([data.u, T]), H).reshape(-1)
-    assert got[3:] == pytest.approx(want[3:], rel=1e-6)
+    assert graph.run(np.column_stack([data.u, T]), H).reshape(-1)[3:] == pytest.approx(want[3:], rel=1e-6)
     assert parameters == 20
     assert [i.name for i in graph.inputs] == ["u", "T"]
     assert s.beside[:, 0] == pytest.approx((2 * T - lo - hi) / (hi - lo))

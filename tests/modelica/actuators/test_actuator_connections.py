@@ -70,8 +70,7 @@ def double(more: str) -> tuple[str, str]:
 GROUPS = {
     "grounds": {
         "warm": fed(
-            "  HystFMU.Actuators.Stack stack(useHeatPort = true);\n" + BODY, "  connect(body.port, stack.heatPort);\n"
-        ),
+            "  HystFMU.Actuators.Stack stack(useHeatPort = true);\n" + BODY, "  connect(body.port, stack.heatPort);\n"),
         "grounded": fed(STACK + SECOND, "  connect(between.p, stack.pin_n);\n  connect(second.pin, between.n);\n"),
         "floating": (bench.ELECTRICAL + SOURCE + bench.WALL + STACK, SINE + FLOATING + bench.HELD),
     },
@@ -87,10 +86,8 @@ GROUPS = {
             bench.WIRED + FED
             + "  connect(one.flange_b, stack.flange_a);\n  connect(stack.flange_b, two.flange_a);\n",
         ),
-        "thrown": (
-            bench.ELECTRICAL + bench.WALL + BARE + THROWN,
-            bench.WIRED + bench.HELD + "  connect(line.p, ground.p);\n  connect(mass.flange_a, stack.flange_b);\n",
-        ),
+        "thrown": (bench.ELECTRICAL + bench.WALL + BARE + THROWN,
+            bench.WIRED + bench.HELD + "  connect(line.p, ground.p);\n  connect(mass.flange_a, stack.flange_b);\n"),
     },
     "series": {
         "apart": fed(BARE + UPPER + LOAD, LOADED.replace("connect(stack.flange_b", "connect(upper.flange_b") + ON_TOP),
@@ -98,10 +95,8 @@ GROUPS = {
         "whole": double("n_series = 2, c = 10"),
     },
     "parallel": {
-        "apart": fed(
-            BARE + "  HystFMU.Actuators.Stack beside(withMass = false);\n" + LOAD,
-            LOADED + "".join(f"  connect(beside.{end}, stack.{end});\n" for end in ENDS),
-        ),
+        "apart": fed(BARE + "  HystFMU.Actuators.Stack beside(withMass = false);\n" + LOAD,
+            LOADED + "".join(f"  connect(beside.{end}, stack.{end});\n" for end in ENDS)),
         "whole": double("n_parallel = 2, c = 40"),
     },
 }  # fmt: skip

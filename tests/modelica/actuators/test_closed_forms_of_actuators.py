@@ -127,8 +127,7 @@ def test_a_voltage_drive_keeps_its_limits() -> None:
     assert np.diff(v["drive.v"])[t[1:] < early].max() / 1e-5 == pytest.approx(1e6, rel=1e-6)
     assert np.abs(v["drive.i"]).max() <= 0.2 * (1 + 1e-9)
     charging = (t > 1e-3) & (t < 3e-3)
-    rate = np.polyfit(t[charging], v["load.v"][charging], 1)[0]
-    assert rate == pytest.approx(0.2 / 6e-6, rel=1e-6)
+    assert np.polyfit(t[charging], v["load.v"][charging], 1)[0] == pytest.approx(0.2 / 6e-6, rel=1e-6)
     assert v["load.v"][-1] == pytest.approx(130, rel=1e-6)
 
 

@@ -214,8 +214,7 @@ def test_a_model_without_volts_has_no_actuator(tmp_path: Path) -> None:
     t = np.arange(400) * 1e-3
     data = hy.Dataset(t=t, u=np.sin(30 * t), y=np.sin(30 * t - 0.2))
     model = hy.fit(data, "prandtl_ishlinskii", N=4)
-    package = model.export_modelica(tmp_path / "Plain")
-    assert not (package / "Actuator.mo").exists()
+    assert not (model.export_modelica(tmp_path / "Plain") / "Actuator.mo").exists()
     with pytest.raises(InputError, match="must map a voltage or a current"):
         model.export_modelica(tmp_path / "Plain", sheet=SHEET)
 

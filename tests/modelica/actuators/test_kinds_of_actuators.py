@@ -96,7 +96,6 @@ def test_a_literal_memory_has_no_actuator(tmp_path: Path) -> None:
     model = stacks.demo("zhao_tan_mlp")
     literal = model.graph.replace(model.graph.node("operator").with_values(memory="last"))
     last = replace(model, graph=literal)
-    package = last.export_modelica(tmp_path / "Last")
-    assert not (package / "Actuator.mo").exists()
+    assert not (last.export_modelica(tmp_path / "Last") / "Actuator.mo").exists()
     with pytest.raises(hy.InputError, match="zhao_tan with memory = last drifts"):
         last.export_modelica(tmp_path / "Again", sheet=stacks.SHEET)

@@ -23,5 +23,4 @@ def models() -> list[str]:
 
 def compare(name: str) -> Outcome:
     """Simulate the model `name` and compare it."""
-    of = next(comparison for belongs, comparison in COMPARISONS if belongs(name))
-    return of(name)
+    return next(comparison for belongs, comparison in COMPARISONS if belongs(name))(name)

@@ -48,8 +48,7 @@ def test_exported_graph_gives_what_predict_gives(name: str, tmp_path: Path) -> N
 def test_model_without_a_step_asks_for_one(tmp_path: Path) -> None:
     """A block that is discretised for 1 s would be another one."""
     model = MADE["nfir_without_auxiliary"]()
-    without = replace(model, graph=replace_step(model.graph), step=None)
-    without.save(tmp_path / "plant.model.toml")
+    replace(model, graph=replace_step(model.graph), step=None).save(tmp_path / "plant.model.toml")
     command = ["export", str(tmp_path / "plant.model.toml"), "--modelica", str(tmp_path)]
     asked = invoked(command, status=2)
     assert "the model has no sample period: give --step SECONDS, or step in the model file" in asked.output

@@ -90,17 +90,9 @@ def test_limits_of_a_scaling_hold_the_rate(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("key", "has", "lacks"), [
-    (
-        "preisach",
-        ["Events"],
-        {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"},
-    ),
+    ("preisach", ["Events"], {"Smooth": "hysteresis (preisach) changes its branch at .* no smooth form; take Events"}),
     ("duhem", ["Smooth"], {"Events": "operator (duhem) has no closed form .*; take Smooth"}),
-    (
-        "narx_network",
-        [],
-        dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model"),
-    ),
+    ("narx_network", [], dict.fromkeys(("Events", "Smooth"), "network (narx_network) goes from sample .*; take Model")),
 ])  # fmt: skip
 def test_reason_is_said_where_a_realisation_is_left_out(
     key: str, has: list[str], lacks: dict[str, str], tmp_path: Path
@@ -110,8 +102,7 @@ def test_reason_is_said_where_a_realisation_is_left_out(
     assert kinds(model.graph) == has
     model.save(tmp_path / "piezo.model.toml")
     done = invoked(["export", str(tmp_path / "piezo.model.toml"), "--modelica", str(tmp_path)])
-    files = {f.stem for f in (tmp_path / "Piezo").iterdir()}
-    assert files & {"Events", "Smooth"} == set(has)
+    assert {f.stem for f in (tmp_path / "Piezo").iterdir()} & {"Events", "Smooth"} == set(has)
     for kind, why in lacks.items():
         pattern = why.replace("(", r"\(").replace(")", r"\)")
         assert re.search(f"(?m)^no realisation {kind}: {pattern}$", done.output), done.output

@@ -177,8 +177,7 @@ def start_unfixed(c: library.Class) -> Iterator[str]:
 def kind(e: Any, c: library.Class) -> str | None:
     """Integer, Real, Boolean or String; None where that is not known."""
     if isinstance(e, ast.Primary):
-        names = {bool: "Boolean", int: "Integer", float: "Real", str: "String"}
-        return names.get(type(e.value))
+        return {bool: "Boolean", int: "Integer", float: "Real", str: "String"}.get(type(e.value))
     if isinstance(e, ast.ComponentRef):
         s = library.components(c).get(e.name)
         return _of_symbol(s, c) if s is not None and not e.child else None

@@ -1,5 +1,7 @@
 """`make modelica-strict`: every rule of the lint with its section, and what it finds in the library; 1 if anything.
 
+`make check` calls it with -q: complaints alone.
+
 What OpenModelica and Dymola refuse or mark, and the compiler of the tests does not notice.
 """
 
@@ -48,8 +50,11 @@ def folders() -> list[Path]:
     return [library.ROOT, *(d for d in library.ROOT.rglob("*") if d.is_dir() and "Resources" not in d.parts)]
 
 
-def main() -> int:
+def main(quiet: bool = False) -> int:
     messages = found()
+    if quiet:
+        print(*messages, sep="\n", end="\n" if messages else "")
+        return 1 if messages else 0
     count = Counter(m.split(":")[0] for m in messages)
     for rule in sorted(
         table(), key=lambda r: (not r.section[0].isdigit(), [int(x) for x in r.section.split(".") if x.isdigit()])
@@ -60,4 +65,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(quiet="-q" in sys.argv))

@@ -276,8 +276,7 @@ def in_all_engines(folder: Path) -> Trace:
 
 def feedthrough(loop: Any, write: Any, name: str) -> Path:
     """A scenario in which a reference drives an input of Feedthrough."""
-    folder = write(loop)
-    (folder / "x.fmu").write_bytes(reference_fmu("fmi3/Feedthrough").read_bytes())
+    (write(loop) / "x.fmu").write_bytes(reference_fmu("fmi3/Feedthrough").read_bytes())
     loop["units"]["x"] = {"fmu": "x.fmu"}
     loop["order"].append("x")
     loop["connections"][f"x.{name}_input"] = "reference.r"
@@ -307,8 +306,7 @@ def test_a_number_that_does_not_fit_stops_the_run(loop: Any, write: Any, engine:
 
 
 def test_sizes_that_a_scenario_sets(loop: Any, write: Any) -> None:
-    folder = write(loop)
-    (folder / "x.fmu").write_bytes(reference_fmu("fmi3/StateSpace").read_bytes())
+    (write(loop) / "x.fmu").write_bytes(reference_fmu("fmi3/StateSpace").read_bytes())
     sizes = {"m": 1, "n": 1, "r": 1}
     loop["units"]["x"] = {"fmu": "x.fmu", "set": sizes | {"A": [0.0], "B": [0.0], "C": [0.0], "D": [2.0]}}
     loop["order"].append("x")
@@ -321,8 +319,7 @@ def test_sizes_that_a_scenario_sets(loop: Any, write: Any) -> None:
 
 
 def test_fmi_1_in_both_engines(loop: Any, write: Any) -> None:
-    folder = write(loop)
-    (folder / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
+    (write(loop) / "x.fmu").write_bytes(reference_fmu("fmi1cs/Dahlquist").read_bytes())
     loop["units"]["x"] = {"fmu": "x.fmu", "set": {"k": "*2"}}
     loop["order"].append("x")
     loop["step"], loop["stop"] = 0.1, 1.0
@@ -338,8 +335,7 @@ def test_fmi_1_in_both_engines(loop: Any, write: Any) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_adapted_fmu_is_never_asked_for_tangents(loop: Any, write: Any, engine: Any) -> None:
     """Set by types, it is called by no function for a tangent: a loop through it is solved by relaxation."""
-    folder = write(loop)
-    (folder / "x.fmu").write_bytes(reference_fmu("fmi3/Feedthrough").read_bytes())
+    (write(loop) / "x.fmu").write_bytes(reference_fmu("fmi3/Feedthrough").read_bytes())
     loop["units"]["x"] = {"fmu": "x.fmu", "set": {}}
     loop["units"]["sum"] = {"block": "sum", "dims": {"n": 2}, "values": {"k": [1.0, -0.5]}}
     loop["order"] += ["x", "sum"]

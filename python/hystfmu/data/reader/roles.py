@@ -142,7 +142,7 @@ def chosen(
     named = any(_last(table.columns[found["input"]]) in names for names in NAMES["input"])
     if by_unit and found["output"] < found["input"] and not named:
         raise InputError(
-            f"{table.where}The input must be clear. Got {_listed(table)}, of an actuator driven by "
+            f"{table.where}The input must be clear. Got {_listed(table)}, which may be an actuator driven by "
             f"{table.title(found['input'])} or a sensor of {table.title(found['output'])}: name the columns with "
             "--input and --output."
         )

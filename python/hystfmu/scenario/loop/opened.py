@@ -227,15 +227,19 @@ class OpenedLoop:
         L, angles, values = self._resolved(slope, delay)
         return float(-20 * np.log10(least(lambda a: np.abs(1 + L(a)), angles, np.abs(1 + values))))
 
-    def stable_at(self, delay: float) -> bool:
-        """Return whether the loop is stable for every incremental gain in the sector.
+    @property
+    def tested(self) -> list[float]:
+        """Incremental gains in the sector at which stability is tested.
 
         An incremental gain of 0, for example of an inverse at its limit, opens the loop, so that no signal grows.
         Therefore a value close to 0 is tested instead. A conditionally stable loop is unstable at this value.
         """
-        least = NO_SLOPE * max(map(abs, self.slopes))
-        found = [float(s) if abs(s) >= least else least for s in np.linspace(*self.slopes, SLOPES)]
-        return all(self.stable(slope, delay) for slope in found)
+        least = NO_SLOPE * max(self.slopes, key=abs)
+        return [float(s) if abs(s) >= abs(least) else least for s in np.linspace(*self.slopes, SLOPES)]
+
+    def stable_at(self, delay: float) -> bool:
+        """Return whether the loop is stable for every incremental gain in the sector, see `tested`."""
+        return all(self.stable(slope, delay) for slope in self.tested)
 
     def stable_to(self, delays: Sequence[float] = DELAYS) -> float:
         """Return the largest of `delays` (steps) up to which the whole sector is stable, or NaN if there is none."""

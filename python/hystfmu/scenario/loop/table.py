@@ -296,7 +296,7 @@ def _row(group: Sequence[OpenedLoop], delays: bool) -> LoopRow:
     slopes = min(o.slopes[0] for o in group), max(o.slopes[1] for o in group)
     first = group[0]
     loop = replace(first, slopes=slopes)
-    late, steep = loop.margins(delay=1.0), loop.margins(slopes[1], 1.0)
+    late, steep = loop.margins(delay=1.0), loop.margins(max(slopes, key=abs), 1.0)
     found = _at(loop, 0.0)
     to = loop.stable_to()
     found["Ms_1_db"] = late.Ms_db if late.stable else None
