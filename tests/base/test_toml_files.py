@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from hystfmu.base.errors import InputError, meant
 from hystfmu.base.files import check, load_toml, write_toml
-from hystfmu.base.printable import printable, xml_text
+from hystfmu.base.printable import escape, printable, with_unit, xml_text
 
 
 class Inner(BaseModel, extra="forbid"):
@@ -93,7 +93,7 @@ def test_a_table_is_written_in_few_lines(table, text, tmp_path):
 
 
 @pytest.mark.parametrize(("table", "place"), [
-    ({"a": "\x1b", "b": [1]}, "a: The text"),
+    ({"a": "x\x1b", "b": [1]}, "a: The text"),
     ({"t": {"a": ["x", ["\u202e"]], "b": {}}}, "t.a.1.0: The text"),
     ({"t": [{"\x07": 1}, []]}, "t.0.\\x07: The key"),
     ({"t": {"a\n": 1}}, "t.a : The key"),
@@ -111,6 +111,8 @@ def test_no_character_of_a_file_controls_a_terminal(table, place, tmp_path):
 def test_what_a_terminal_and_xml_do_not_take_is_escaped():
     assert printable("a\x1b\x85\u202e\n\u200d\u00a0é") == "a\\x1b\\x85\\u202e\\n\u200d\u00a0é"
     assert printable("a\n\t", lines=True) == "a\n\\t"
+    assert escape('<a> & "b"\n\x1b') == "&lt;a&gt; &amp; &quot;b&quot;\n\\x1b"
+    assert [with_unit("x", unit) for unit in ("um", "1", "")] == ["x (um)", "x", "x"]
     assert xml_text("a\x00\x1b\ud800\ufffe\t\n é\U0001f600") == "a\\x00\\x1b\\ud800\\ufffe\t\n é\U0001f600"
 
 

@@ -18,11 +18,10 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 
-from hystfmu import Dataset, signals
+from hystfmu import Dataset, fit, signals
 from hystfmu.fmu.write import platforms
 from hystfmu.fmu.write.export import export_fmu
 from hystfmu.graph.blocks import Mlp
-from hystfmu.identify import fit
 from hystfmu.report.terminal import table
 
 HERE = Path(__file__).resolve().parent
@@ -175,7 +174,7 @@ def export_rows(folder):
         for _ in range(10):
             platforms._deflated.cache_clear()
             begin = time.perf_counter()
-            path = export_fmu(model, folder / "model.fmu", fmi, platforms=which)
+            path = model.export(folder / "model.fmu", fmi, platforms=which)
             seconds.append(time.perf_counter() - begin)
         with zipfile.ZipFile(path) as archive:
             packed = {e.filename: e.compress_size for e in archive.infolist() if e.filename.startswith("binaries/")}

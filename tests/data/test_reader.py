@@ -240,6 +240,21 @@ def test_the_end_of_summer_time_is_no_step_back(tmp_path):
 
 
 @pytest.mark.turn("files in a process of their own")
+@pytest.mark.parametrize(("unit", "seconds"), [
+    ("D", 86400.0), ("h", 3600.0), ("m", 60.0), ("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9),
+])  # fmt: skip
+def test_times_of_numpy_are_read_in_every_unit(unit, seconds):
+    times = np.datetime64("2026-11-22", unit) + 7 * np.arange(9)
+    found = read({"t": times, "u": np.arange(9.0), "y": np.arange(9.0) ** 2})
+    assert found.t == pytest.approx(7 * seconds * np.arange(9), rel=1e-12)
+
+
+def test_ten_thousand_columns_are_the_most():
+    with pytest.raises(InputError, match=r"at most 10000 columns\. Got 10001 instead"):
+        read(np.ones((5, 10_001)))
+    assert read(np.column_stack([T, U, Y, np.ones((N, 9997))]), time=1, input=2, output=3).y.tolist() == Y.tolist()
+
+
 def test_each_number_that_is_no_column_is_named(tmp_path):
     (tmp_path / "a.mat").write_bytes(mat(t=T, u=U, y=Y, gain=3.0, stage=7.0))
     assert "left out gain, stage" in read(tmp_path / "a.mat").read_as

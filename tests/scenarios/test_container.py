@@ -348,6 +348,8 @@ def test_a_wrong_escape_in_a_name_is_damage(write: Any, tmp_path: Path, text: st
     assert said.startswith("resources/system.txt is damaged near its byte ")
     file.write_text(whole.replace("unit x ", "unit x%4A "))
     assert tried(box) == []
+    file.write_text(whole.replace("unit x ", "unit %44 "))
+    assert tried(box) == []
 
 
 def test_a_type_of_another_version_is_damage(write: Any, tmp_path: Path) -> None:

@@ -247,6 +247,9 @@ def test_units_of_measure_follow_connections_metrics_and_blocks_that_do_not_scal
     peak, rms = (s.case.metrics["tracking"].model_copy(update={"kind": k}) for k in ("peak", "rms"))
     assert [unit_of_metric(s, m) for m in (peak, rms, s.case.metrics["tracking"])] == ["um", "um", "%"]
     assert [label("a", "um"), label("a", "")] == ["a in um", "a"]
+    loop["metrics"]["tracking"]["kind"] = "final"
+    del loop["metrics"]["tracking"]["stroke"]
+    assert unit_of(ready(write(loop)), "reference.r") == "um"
     plant["inputs"][0]["unit"] = "um"
     plant["outputs"][0]["unit"] = "V"
     loop["connections"]["late.u"] = "pid.u"  # a sum of V and um

@@ -281,6 +281,14 @@ def test_an_fmu_of_others_is_cut_if_it_says_that_it_can(write: Any, tmp_path: Pa
     assert any_step or held.max() == 0  # its input is that of the last grid point
 
 
+def test_a_turn_around_may_begin_before_the_run(write: Any) -> None:
+    """Its extremum is 0.01 periods before t = 0, its end 0.1 - 0.01 periods after it."""
+    values = {"shape": "triangle", "frequency": 10.1, "turn": 0.4, "phase": -0.48 * np.pi}
+    system = ready(write(behind({"block": "reference", "values": values}, "r", {}, ("source", "lag"), "zoh")))
+    joints = np.ravel(np.add.outer((np.arange(-2, 9) / 2 - 0.01) / 10.1, [-0.1 / 10.1, 0.1 / 10.1]))
+    assert cuts(system)[1] == pytest.approx(joints[(joints > 0) & (joints < 0.2)], rel=1e-12)
+
+
 # ---- most reversals --------------------------------------------------------------------------------------------------
 
 

@@ -134,6 +134,10 @@ def test_a_metric_that_needs_a_partner_says_so(loop: Any, write: Any) -> None:
     del loop["metrics"]["tracking"]["against"]
     with pytest.raises(InputError, match=r"metrics\.tracking: .*rms_percent needs 'against'"):
         hy.run([write(loop)], engine="native")
+    loop["metrics"]["tracking"] |= {"against": "reference.r", "lines": True}
+    loop["ripple"] = 4  # the reference is a staircase, and rows at its turns look like a line
+    with pytest.raises(InputError, match=r"tracking\.lines: .* reference has one in every 4 rows: set fine = true"):
+        hy.run([write(loop)], engine="native")
 
 
 def test_overrides_reach_scalars_elements_and_arrays(loop: Any, write: Any) -> None:

@@ -46,6 +46,16 @@ def write(folder: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
+def test_a_search_starts_from_quantities_of_a_block(tmp_path: Path) -> None:
+    """A start value for each of them, also if a block is computed from several."""
+    quantities = '"plant.g0" = { second_order = { gain = [0.8, 1.2], f_n = [400, 600], zeta = [0.5, 0.9] } }, "pid.Ki"'
+    given = 'start = { "plant.g0.gain" = 0.9, "plant.g0.f_n" = 450.0, "plant.g0.zeta" = 0.6, "pid.Ki" = 4000.0 }'
+    path = write(tmp_path, ('"pid.Kd" = { range = [1e-5, 3e-3], log = true }, "pid.Ki"', quantities))
+    path.write_text(path.read_text().partition("start =")[0] + given)
+    first = next(sampler(Study(path)).batches())[0]
+    assert first == tomllib.loads(given)["start"]
+
+
 def test_the_response_to_a_memory_is_that_of_the_scenario_without_it() -> None:
     angles = np.geomspace(1e-3, 3.0, 40)
     opened = {

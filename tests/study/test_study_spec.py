@@ -131,6 +131,10 @@ def test_second_order_dynamics_draw_three_parameters() -> None:
     assert {k: v.bounds for k, v in found.items()} == {
         "lag.g.gain": (0.5, 1), "lag.g.f_n": (10, 20), "lag.g.zeta": (0.1, 1)
     }  # fmt: skip
+    coarse = ParameterSpec.model_validate(p.model_dump() | {"log": True, "steps": 3}).coordinates("lag.g")
+    assert [(v.steps, v.at(0.5)) for v in coarse.values()] == [
+        (3, pytest.approx(math.sqrt(a * b))) for a, b in ((0.5, 1), (10, 20), (0.1, 1))
+    ]
     w = 2 * math.pi * 10
     settings = SecondOrderSpec.settings("lag.g", 0.5, 10.0, 0.2)
     assert settings["lag.g_b"] == pytest.approx([0.5 * w**2])

@@ -239,6 +239,7 @@ class Scenario:
               measure of `signal`
             - ``max_percent``: largest abs(e), also between samples
             - ``between_samples_percent``: ripple, that is, largest deviation of e from the line between two samples
+              in the window
             - ``variation_ratio``: total variation of `signal` divided by that of `against`, at samples
             - ``peak``: largest abs(`signal`)
             - ``final``: abs(e) at the end, or abs(`signal`) without `against`
@@ -254,7 +255,7 @@ class Scenario:
             Only rows at or after this time (s) are used.
         lines : bool
             Whether to evaluate only the scan lines of a scanning reference, without the turns between them. It applies
-            to rms_percent, rms and max_percent.
+            to rms_percent, rms and max_percent. The reference needs a new value in every row (``fine=True``).
         text : str
             Description in one line.
         """
@@ -448,7 +449,7 @@ class Scenario:
         Parameters
         ----------
         path : str or Path
-            File to write, usually ``*.fmu``. If an error occurs, no incomplete file remains.
+            File to write, with the ending ``.fmu``. If an error occurs, no incomplete file remains.
         case : str, optional
             Case whose parameter values the controller uses. The default is the first case.
         fmi, name, platforms, source

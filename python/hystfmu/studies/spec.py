@@ -276,7 +276,8 @@ class ParameterSpec(pydantic.BaseModel):
         """
         if self.second_order is None:
             return {name: self}
-        return {f"{name}.{k}": p for k, p in self.second_order.coordinates.items()}
+        given = {"log": self.log, "steps": self.steps}
+        return {f"{name}.{k}": p.model_copy(update=given) for k, p in self.second_order.coordinates.items()}
 
     def setting(self, value: float) -> float | str:
         """Return the value as an entry of the key `set` of a case."""
@@ -405,13 +406,13 @@ class Study:
         if objective is not None and (loop := objective.loop):
             self._known("objective.loop", [loop.case, *loop.corners], have)
         self._check_limits(names, have)
-        self._check_start()
         self._check_design(have)
         self.seed = 0 if self.spec.seed == "run" else self.spec.seed  # for "run", the run chooses a random seed
         self.scenario_cases = have
         self._designed: dict[tuple[float, ...], dict[str, Any]] = {}
         self.parameters = {k: c for name, p in self.spec.parameters.items() for k, c in p.coordinates(name).items()}
         """Drawn parameters by `unit.parameter`, or `unit.block.f_n`."""
+        self._check_start()
         if self.spec.method == "grid":
             sizes = [p.steps if p.values is None else len(p.values) for p in self.parameters.values()]
             if math.prod(sizes) > MOST_ROWS:
@@ -432,11 +433,11 @@ class Study:
             return
         if spec.method != "optuna":
             self._only_optuna("start")
-        if spec.start.keys() != spec.parameters.keys():
-            odd = sorted(spec.start.keys() ^ spec.parameters.keys())
+        if spec.start.keys() != self.parameters.keys():
+            odd = sorted(spec.start.keys() ^ self.parameters.keys())
             raise InputError(f"{where}: must name the parameters, each once. {', '.join(odd)} is in one of them only.")
         for name, value in spec.start.items():
-            p = spec.parameters[name]
+            p = self.parameters[name]
             if not (value in p.values if p.values is not None else p.bounds[0] <= value <= p.bounds[1]):
                 raise InputError(f"{where}: {name}: must lie in its range. Got {value:g} instead.")
 

@@ -12,7 +12,7 @@ from invoked import invoked
 from hystfmu import Dataset, Graph, Node, signals
 from hystfmu.cli import main
 from hystfmu.identify import fit
-from hystfmu.identify.excitation import not_shown
+from hystfmu.identify.excitation import minor_loops, not_shown
 from hystfmu.model import accuracy
 from hystfmu.model.coverage import clamped, coverage
 
@@ -135,3 +135,10 @@ def test_a_record_of_one_speed_or_of_one_frequency():
     ramps = signals.ramps([0, 1, -0.5, 0.8, -1, 0.2, -0.1, 1], 0.02)
     for u, one in ((decay, True), (ramps, True), (np.linspace(0.2, 1, 1200) * chirp, False), (chirp, False)):
         assert not_shown.one_speed(data(u)) is one
+    records = [np.sin(2 * np.pi * t / period) for period in (400, 100, 25)]  # each of one frequency
+    for parts, one in ((records, False), (records[:2], False), (records[1:2] * 2, True)):
+        several = Dataset(
+            np.arange(1200 * len(parts)), *[np.concatenate(parts)] * 2, starts=range(0, 1200 * len(parts), 1200)
+        )
+        assert not_shown.one_speed(several) is one
+        assert minor_loops.examine_records(several).several_speeds is not one

@@ -126,8 +126,6 @@ class Arrays:
             raise InputError(
                 f"{self._path}: The array {p.array.name!r} must hold real numbers. Got {found.dtype} instead."
             )
-        if 1 in found.shape:
-            return found.reshape(-1)
         return (found if found.shape[0] == p.n else found.T).reshape(p.n, p.k)[:, p.i]
 
     def numbers(self, order: Sequence[int]) -> Array:

@@ -6,7 +6,7 @@ memory: its minor loops stay open, and its output moves along the outer branch (
 Therefore the gap between the two ends of a minor loop shows the memory class of the device.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -148,18 +148,29 @@ def examine(data: Dataset) -> Excitation:
     )
 
 
-def spreads(u: Array) -> tuple[float, float]:
-    """Return how much the mean speeds and the durations of the half cycles of u (n,) vary.
+def examine_records(data: Dataset) -> Excitation:
+    """Examine the longest record; the speeds are those of the training rows of all records."""
+    rows = [np.arange(r.start, r.stop)[max(data.train.start - r.start, 0) :] for r in data.records]
+    several = spreads(*(data.u[r[r < data.train.stop]] for r in rows))[0] > SPEEDS
+    return replace(examine(data.longest()), several_speeds=several)
 
-    Each of the two numbers is the ratio of the 90th to the 10th percentile.
+
+def spreads(*records: Array) -> tuple[float, float]:
+    """Return how much the mean speeds and the durations of the half cycles of the inputs u (n,) of records vary.
+
+    Each of the two numbers is the ratio of the largest 90th to the smallest 10th percentile of a record. With
+    percentiles of all half cycles together, a record at a high frequency, which has many of them, would hide another.
     """
-    turns = reversals(u)
-    between = np.diff(turns)
-    if not len(between):
+    ends = []
+    for u in records:
+        turns = reversals(u) if len(u) else np.zeros(0, dtype=int)
+        between = np.diff(turns)
+        if len(between):
+            ends.append([np.percentile(v, [90, 10]) for v in (np.abs(np.diff(u[turns])) / between, between)])
+    if not ends:
         return 1.0, 1.0
-    ends = [np.percentile(v, [90, 10]) for v in (np.abs(np.diff(u[turns])) / between, between)]
-    speed, duration = (float(most / least) for most, least in ends)
-    return speed, duration
+    speed, duration = np.max(ends, axis=0)[:, 0] / np.min(ends, axis=0)[:, 1]
+    return float(speed), float(duration)
 
 
 def _coarse(samples: float) -> tuple[str, ...]:

@@ -65,5 +65,5 @@ def new_states(data: Dataset, u: Array, first: int = 0) -> float:
 
 
 def one_speed(data: Dataset) -> bool:
-    """Return whether all half cycles of a record have about the same mean speed, or about the same duration."""
-    return min(minor_loops.spreads(data.longest().u)) <= minor_loops.SPEEDS
+    """Return whether all half cycles of all records have about the same mean speed, or about the same duration."""
+    return min(minor_loops.spreads(*(data.u[r] for r in data.records))) <= minor_loops.SPEEDS

@@ -121,9 +121,9 @@ class _BetweenSamples:
         at = np.arange(waiting + rows.sample, len(t), rows.ripple)
         if self._from_sample:
             at = np.append(0, at)
-        last = int(at[-1]) if len(at) else 0
-        if last:
-            gap = e[: last + 1] - np.interp(t[: last + 1], t[at], e[at])
+        first, last = (int(at[0]), int(at[-1])) if len(at) else (0, 0)  # no line leads to the first sample
+        if last > first:
+            gap = e[first : last + 1] - np.interp(t[first : last + 1], t[at], e[at])
             self._largest = max(self._largest, float(np.abs(gap).max()))
         self._from_sample = len(at) > 0
         self._t, self._e = t[last:], e[last:]
@@ -250,7 +250,7 @@ def measure(m: MetricSpec, trace: Trace) -> float:
 
 
 # kinds of metrics that are computed from `signal` - `against`
-SUBTRACTED = ("rms_percent", "max_percent", "between_samples_percent", "rms")
+SUBTRACTED = ("rms_percent", "max_percent", "between_samples_percent", "rms", "final")
 OF_SIGNAL = ("peak", "final", "rms")  # kinds of metrics in the unit of measure of `signal`
 PASSED_ON = ("delay", "quantiser", "sum")  # blocks that delay, round or add their inputs without scaling
 

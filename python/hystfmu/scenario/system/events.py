@@ -171,9 +171,10 @@ def _pieces(system: System, part: Part, node: Node, values: Values, begin: float
         raise InputError(f"{system.case.where}: {part.name}.frequency: more than {MOST_STEPS} reversals; got {f:g} Hz")
     if kind == "triangle" and f > 0:
         turns = float(values(part, node, "phase")[0]) / (2 * math.pi)
-        first = math.ceil(2 * (turns + f * begin) - 0.5)
-        halves = np.arange(first, first + math.ceil(2 * f * (end - begin)) + 1, dtype=np.float64)
-        extrema, reach = (halves / 2 + 0.25 - turns) / f, float(values(part, node, "turn")[0]) / 4 / f
+        reach = float(values(part, node, "turn")[0]) / 4 / f  # a turn-around may begin before the run, and end in it
+        first = math.ceil(2 * (turns + f * (begin - reach)) - 0.5)
+        halves = np.arange(first, first + math.ceil(2 * f * (end - begin + 2 * reach)) + 1, dtype=np.float64)
+        extrema = (halves / 2 + 0.25 - turns) / f
         if reach > 0:  # the events are at the joints of the parabolas of the turn-arounds and the straight lines
             return "frequency", np.ravel(np.column_stack([extrema - reach, extrema + reach])), "ddr"
         return "frequency", extrema, "dr"

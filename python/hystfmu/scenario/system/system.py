@@ -308,6 +308,13 @@ def build(case: Case) -> System:
     for key, ends in signals(case):
         for end in ends:
             system.column(end, f"{where}: {key}")
+    for name, m in case.metrics.items():
+        against = next((p for p in parts if m.lines and m.against and p.name == split_end(m.against, where)[0]), None)
+        if against is not None and against.period > 1:
+            raise InputError(
+                f"{where}: metrics.{name}.lines: needs a reference with a new value in every row; {against.name} has "
+                f"one in every {against.period} rows: set fine = true"
+            )
     return system
 
 
