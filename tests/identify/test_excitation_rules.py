@@ -324,7 +324,13 @@ def record(monkeypatch):
         u[turns] = [0, 1, 0, 2, 0, 3] if levels is None else levels
         y = np.linspace(0, 100, 200)
         d = np.full(loops, np.sqrt(gap**2 + 2 * sigma**2))
-        for name, value in (("gaps", d), ("noise", sigma), ("width", width), ("reversals", turns)):
+        for name, value in (
+            ("gaps", d),
+            ("noise", sigma),
+            ("width", width),
+            ("reversals", turns),
+            ("turning_points", turns),
+        ):
             monkeypatch.setattr(minor_loops, name, lambda *given, value=value: value)
         return examine(SimpleNamespace(u=np.r_[9.0, u, 9.0], y=np.r_[500.0, y, -500.0], train=slice(1, 201)))
 

@@ -24,6 +24,7 @@ from hystfmu.design.feedforward import preview
 from hystfmu.design.plants import Plant, plant_set
 from hystfmu.design.race import Aim
 from hystfmu.identify.evidence import Evidence, Mode
+from hystfmu.identify.excitation.minor_loops import examine
 from hystfmu.scenario.loop.table import margin_table
 from hystfmu.start.closed_loop import close
 from hystfmu.start.device import FINE, device, plant_model, reach, reference_frequency
@@ -268,6 +269,7 @@ def test_it_stays_within_the_range_and_the_speed_of_the_record(offset: float) ->
     assert u.min() <= found.min() < 0.99 * u.min() + 0.01 * u.max()
     assert 0.01 * u.min() + 0.99 * u.max() < found.max() <= u.max()
     assert np.abs(np.diff(found)).max() <= 1.01 * np.abs(np.diff(u)).max()
+    assert examine(hy.Dataset.from_signal(found, found, h)).coarse == ()  # its fast sweep is small
 
 
 def test_after_the_rest_follow_tones_that_are_weaker_the_faster_they_are() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from hystfmu.base import Array
 from hystfmu.data import Dataset
-from hystfmu.data.reversals import noise, reversals
+from hystfmu.data.reversals import noise, reversals, turning_points
 
 OPEN = 0.5  # gap (% of the span of y) above which the record contradicts return-point memory
 LEAST_LOOPS = 5  # number of closed loops that show return-point memory; single loops also close where y saturates
@@ -38,7 +38,7 @@ class Excitation:
     reversals : int
         Number of reversals of u that are larger than its noise.
     samples_per_cycle : float
-        Mean number of rows in two half cycles.
+        Mean number of rows in two half cycles, without reversals smaller than `LEAST_LOOP` of the range of u.
     loops : int
         Number of minor loops after which u returns to its value before the loop.
     gap : float
@@ -127,7 +127,8 @@ def examine(data: Dataset) -> Excitation:
     """
     u, y = data.u[data.train], data.y[data.train]
     turns = reversals(u)
-    between = np.diff(turns)
+    # a small chirp has many reversals, but its missed extrema cause errors of its own small size only
+    between = np.diff(turning_points(u, max(6 * noise(u), LEAST_LOOP * float(np.ptp(u)))))
     samples = 2 * float(between.mean()) if len(between) else float(len(u))
     d, sigma, span = gaps(u, y, turns), noise(y), float(np.ptp(y))
     gap, memory = 0.0, UNKNOWN
