@@ -88,7 +88,8 @@ def two(folder: Path) -> dict[str, bytes]:
     """Both FMUs with inputs u, w and c, of which c is no connector, an output y, and parameters."""
     ends = [Variable(name, "Real", "input", (0.0,)) for name in ("u", "w", "c")]
     ends += [Variable(name, "Real", "parameter", (0.0,)) for name in ("own", "z.q", *"pnmkfestoxl")]
-    drawn_fmu(folder / "x.fmu", 2, [*ends, Variable("y", "Real", "output", (0.0,))])
+    chosen = [Variable("mode", "Enumeration", "parameter", (1,)), Variable("way", "Enumeration", "input", (1,))]
+    drawn_fmu(folder / "x.fmu", 2, [*ends, *chosen, Variable("y", "Real", "output", (0.0,))])
     content = (folder / "x.fmu").read_bytes()
     return {"resources/a.fmu": content, "resources/b.fmu": content}
 
@@ -152,19 +153,23 @@ def test_values_of_every_kind(tmp_path: Path) -> None:
         value("f", "0.5", "Float32"), value("e", "2", "Enumeration"), value("s", "text", "String"),
         value("t", "true", "Boolean"), value("o", "1", "Boolean"), value("x", "0", "Boolean"),
         value("w", "7.5"), value("u", "9"), value("c", "true", "Boolean"), value("l", "9007199254740993", "Int64"),
+        value("mode", "e3", "Enumeration"), value("way", "e2", "Enumeration"),
     ]  # fmt: skip
     elements = component("a", values(*listed)) + component("b", values(value("q", "2"), prefix="z."))
     shared = values(value("a.p", "9"), value("a.own", "6"), value("b.w", "8"))
     units = read(tmp_path, elements=elements, shared=shared, files=two(tmp_path)).case.units
     assert units["a"].set == {
         "own": 6.0, "p": 9.0, "n": 3.0, "m": 4.0, "k": 5.0, "f": 0.5, "e": 2.0, "s": "text", "t": True, "o": True,
-        "x": False, "l": 2**53 + 1,
+        "x": False, "l": 2**53 + 1, "mode": 3,
     }  # fmt: skip
-    assert units["a"].inputs == {"w": 7.5, "c": 1.0}, "u is driven: its start value is of no use"
+    assert units["a"].inputs == {"w": 7.5, "c": 1.0, "way": 2.0}, "u is driven: its start value is of no use"
     assert (units["b"].set, units["b"].inputs) == ({"z.q": 2.0}, {"w": 8.0})
-    elements = component("a", values(value("w", "text", "String"))) + component("b")
-    with pytest.raises(InputError, match=r"a: w: an input must be a number\. Got 'text' instead\."):
-        read(tmp_path, elements=elements, files=two(tmp_path))
+    for given, said in (
+        (value("w", "text", "String"), "a: w: an input must be a number. Got 'text' instead."),
+        (value("mode", "e4", "Enumeration"), "a: mode: must be one of e1, e2, e3; got 'e4'"),
+    ):
+        with pytest.raises(InputError, match=re.escape(said)):
+            read(tmp_path, elements=component("a", values(given)) + component("b"), files=two(tmp_path))
 
 
 def test_a_parameter_without_a_variable_is_named(tmp_path: Path) -> None:

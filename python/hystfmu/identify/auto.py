@@ -16,7 +16,8 @@ is raised (`refusal`).
 
 Cost. No kind is excluded because of its cost. If the fits to all rows would take too long, all kinds are compared on a
 shorter part of the record (`hystfmu.identify.cuts`), or on the longest of several records. The chosen kind is then
-fitted to all training rows.
+fitted to all training rows. If its error on all rows is clearly larger than on the compared rows, the part does not
+represent the record, for example because it ends before a fast sweep. The best kinds are then compared on all rows.
 
 Exclusion. A kind is not compared if its memory contradicts the minor loops in the data. Rate-dependent kinds are not
 compared if the input has only one speed. A kind is not fitted either if the fits so far show that it cannot be chosen
@@ -38,7 +39,7 @@ from hystfmu.identify.cuts import shortened
 from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine_records
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
-from hystfmu.identify.race import EXACT, LOSER, Race, Trial
+from hystfmu.identify.race import EXACT, HOPE, LOSER, Race, Trial
 from hystfmu.model import Model, rms
 
 # the data show rate dependence if the error of the best other kind exceeds CLEARLY times the error of the best
@@ -53,6 +54,7 @@ EXPLAINED = 0.3  # error of a model, relative to the gap of minor loops, up to w
 HOPEFUL = 0.2  # expected share of the full cost for kinds with a trial fit: most fail it, or need no fit at all
 LEAST_ROWS, FEWER = 2000, 0.9  # minimum number of rows of the comparison, and factor by which the number is reduced
 SHORT = 0.2  # cost of a short trial fit, relative to a full fit
+MISLED = 1.5  # ratio of the errors on all rows and on the compared rows above which all rows are compared
 
 
 class Inverses(Protocol):
@@ -105,30 +107,22 @@ def choose(
         seen = examine_records(raced)
         entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
     raced = shortened(raced, most)
-    race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
-    race.reasons |= reasons
-    untried = list(reasons)
-    costs = {n: c.cost(raced.train.stop) for n, (_, c) in entered.items()}
-    report = _Report(progress)
-    total = 2 * sum(costs.values())  # the further folds and the last fit are assumed to take as long as the first fold
-    done = 0.0
-    for name, (key, candidate) in sorted(entered.items(), key=lambda e: costs[e[0]]):
-        if needless := race.repeated(key, candidate) or _needless(race, candidate, seen, only_invertible):
-            race.reasons[name] = needless
-            untried.append(name)
-            continue
-        race.first(name, key, candidate, partial(report, done / total, (done + costs[name]) / total))
-        done += costs[name] * (1.0 if name in race.trials else SHORT)
-    if not race.trials:
-        raise refusal(where, only_invertible, race, seen, {})
-    while (late := race.late()) and not race.explained():
-        spent = sum(costs[t.name] for t in late)
-        if done + spent > BUDGET:
+    report, untried = _Report(progress), list(reasons)
+    while True:
+        race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
+        race.reasons |= reasons
+        untried += _run(race, entered, seen, only_invertible, report)
+        if not race.trials:
+            raise refusal(where, only_invertible, race, seen, {})
+        rate = _rate(race, seen)
+        best, model = _chosen(race, data, seed, rate == "seen", inverses, only_invertible)
+        if isinstance(best, dict):
+            raise refusal(where, only_invertible, race, seen, best)
+        assert model is not None
+        if raced is data or not _misled(race, best, model):
             break
-        race.again(late)
-        done += spent
-        report(done / total)
-    rate = _rate(race, seen)
+        entered, reasons = _again(race, entered, data.train.stop)
+        raced = data
     ranked = sorted(race.trials.values(), key=race.excess)
     why: dict[str, Any] = {"auto": {t.name: 100 * rms(t.errors) / raced.span for t in ranked}}
     why["auto_blocks"] = {t.name: [100 * e / raced.span for e in t.by_block] for t in ranked}
@@ -139,20 +133,6 @@ def choose(
     why["auto_not_tried"] = untried
     if raced is not data:
         why["auto_rows"] = raced.train.stop - raced.train.start
-    u0 = race.rest if raced is data else rest(data)
-    faults: dict[str, str] = {}
-    while True:
-        best = _preferred(race, rate == "seen", inverses, only_invertible, faults)
-        if isinstance(best, dict):
-            raise refusal(where, only_invertible, race, seen, best)
-        if raced is data and best.complete is not None:
-            model = best.complete
-        else:
-            model = fit_one(data, best.key, seed, silent, {**remembered(best.key, u0, data), **best.candidate.options})
-        fault = inverses.fault(model) if only_invertible and inverses is not None else ""
-        if not fault:
-            break
-        faults[best.name] = fault  # the fit to all rows can have a fault that the fits to fewer rows do not have
     told = {"memory": seen.memory, "loops": seen.loops, "gap_percent": seen.gap, "rate": rate}
     told["warnings"] = [*_warnings(best, seen), *model.fit.get("warnings", [])]
     told["seconds"] = round(time.perf_counter() - started, 4)
@@ -193,6 +173,85 @@ def left_out(found: Mapping[str, Candidate], seen: Excitation) -> dict[str, str]
         elif candidate.memory == LAGS and not seen.several_speeds:
             reasons[name] = "the input has one speed only and is not informative about rate dependence"
     return reasons
+
+
+def _run(
+    race: Race, entered: Mapping[str, tuple[str, Candidate]], seen: Excitation, only_invertible: bool, report: "_Report"
+) -> list[str]:
+    """Fit the candidates `entered`, the cheapest first, until losers are known or the budget is spent.
+
+    Return the names of the candidates that were not fitted.
+    """
+    untried = []
+    costs = {n: c.cost(race.data.train.stop) for n, (_, c) in entered.items()}
+    total = 2 * sum(costs.values())  # the further folds and the last fit are assumed to take as long as the first fold
+    done = 0.0
+    for name, (key, candidate) in sorted(entered.items(), key=lambda e: costs[e[0]]):
+        if needless := race.repeated(key, candidate) or _needless(race, candidate, seen, only_invertible):
+            race.reasons[name] = needless
+            untried.append(name)
+            continue
+        race.first(name, key, candidate, partial(report, done / total, (done + costs[name]) / total))
+        done += costs[name] * (1.0 if name in race.trials else SHORT)
+    while race.trials and (late := race.late()) and not race.explained():
+        spent = sum(costs[t.name] for t in late)
+        if done + spent > BUDGET:
+            break
+        race.again(late)
+        done += spent
+        report(done / total)
+    return untried
+
+
+def _chosen(
+    race: Race, data: Dataset, seed: int, rate: bool, inverses: Inverses | None, only_invertible: bool
+) -> tuple[Trial | dict[str, str], Model | None]:
+    """Return the best candidate and its fit to all training rows of `data`, or the faults of all candidates and None.
+
+    The arguments are those of `_preferred`.
+    """
+    u0 = race.rest if race.data is data else rest(data)
+    faults: dict[str, str] = {}
+    while True:
+        best = _preferred(race, rate, inverses, only_invertible, faults)
+        if isinstance(best, dict):
+            return best, None
+        if race.data is data and best.complete is not None:
+            model = best.complete
+        else:
+            model = fit_one(data, best.key, seed, silent, {**remembered(best.key, u0, data), **best.candidate.options})
+        fault = inverses.fault(model) if only_invertible and inverses is not None else ""
+        if not fault:
+            return best, model
+        faults[best.name] = fault  # the fit to all rows can have a fault that the fits to fewer rows do not have
+
+
+def _misled(race: Race, best: Trial, model: Model) -> bool:
+    """Return whether the rows of the comparison do not represent the record on which `model` was fitted.
+
+    The error on all rows is then clearly larger than the error on the compared rows, as for a record whose last part is
+    a fast sweep.
+    """
+    error = float(model.fit["rms"])
+    return error > MISLED * best.square**0.5 and 100 * error > FINE * race.data.span
+
+
+def _again(
+    race: Race, entered: Mapping[str, tuple[str, Candidate]], rows: int
+) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
+    """Return the candidates to compare on all `rows`, and the reasons why the others are not compared.
+
+    They are those with an error of at most `HOPE` times the smallest one, the cheapest first, within the budget.
+    """
+    reasons, spent = dict(race.reasons), 0.0
+    found: dict[str, tuple[str, Candidate]] = {}
+    for t in sorted(race.trials.values(), key=lambda t: t.candidate.cost(rows)):
+        spent += t.candidate.cost(rows)
+        if race.risk(t) <= HOPE * race.least() and (spent <= BUDGET or not found):
+            found[t.name] = entered[t.name]
+        else:
+            reasons[t.name] = f"{race.risk(t):.2g} % of the span on {race.data.train.stop - race.data.train.start} rows"
+    return found, reasons
 
 
 class _Report:

@@ -1,5 +1,6 @@
 /* broken.c - a small FMI 2.0 unit, x' = u and y = k x + u, with a defect: the guid {broken n}.
- * In Model Exchange it has a second state, w' = -w, and an event at t = 0.1 s that changes nothing. */
+ * In Model Exchange it has a second state, w' = -w, and an event at t = 0.1013 s that changes nothing, and must not be
+ * passed over. */
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -48,7 +49,7 @@ enum {
 };
 
 typedef struct {
-  double u, x, k, y, w, t;
+  double u, x, k, y, w, t, next;
   int steps, number;
 } unit;
 
@@ -64,7 +65,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 }
 
 static void start(unit *i) {
-  const unit fresh = {0, 0.25, defect == LOSES_PARAMETER ? 2.5 : 2, 0, 1, 0, 0, made};
+  const unit fresh = {0, 0.25, defect == LOSES_PARAMETER ? 2.5 : 2, 0, 1, 0, 1e300, 0, made};
   *i = fresh;
   if (defect == NOT_REPEATABLE_STATES) {
     struct timespec now; /* the binary is unloaded between two runs: a counter would begin anew */
@@ -263,11 +264,13 @@ fmi2Status fmi2EnterEventMode(fmi2Component c) {
   return defect == REFUSES_EVENT_MODE ? fmi2Error : fmi2OK;
 }
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
-  const double next = defect == EVENT_IN_THE_PAST && ((unit *)c)->t > 0.05 ? 0.01 : 0.1;
+  unit *i = c;
+  const double next = defect == EVENT_IN_THE_PAST && i->t > 0.05 ? 0.01 : 0.1013;
   memset(info, 0, sizeof *info);
   info->newDiscreteStatesNeeded = defect == ENDLESS_EVENTS;
-  info->nextEventTimeDefined = ((unit *)c)->t < 0.0999 || defect == EVENT_IN_THE_PAST;
+  info->nextEventTimeDefined = i->t < 0.1013 - 1e-9 || defect == EVENT_IN_THE_PAST;
   info->nextEventTime = next;
+  i->next = info->nextEventTimeDefined ? next : 1e300;
   return fmi2OK;
 }
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
@@ -280,6 +283,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set, fmi2
   return fmi2OK;
 }
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t) {
+  if (t > ((unit *)c)->next + 1e-9) return fmi2Error;
   ((unit *)c)->t = t;
   if (defect == ADVANCES_ON_SET_TIME) ((unit *)c)->k += 1e-9;
   return fmi2OK;

@@ -45,6 +45,14 @@ def _drop(name: str) -> Callable[[Entries], Entries]:
     return lambda e: {k: v for k, v in e.items() if k != name}
 
 
+def _typed(e: Entries, name: str, facts: str) -> Entries:
+    """Give the real variable a declared type that states these attributes."""
+    before, own, after = e[XML].decode().partition(f'name="{name}"')
+    types = f'<TypeDefinitions><SimpleType name="T"><Real {facts}/></SimpleType></TypeDefinitions>'
+    after = after.replace("<Real", '<Real declaredType="T"', 1)
+    return {**e, XML: f"{before.replace('<DefaultE', f'{types}<DefaultE')}{own}{after}".encode()}
+
+
 # defect: change of the archive, part of the message
 ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
     "no description": (_drop(XML), "the archive has no modelDescription.xml"),
@@ -85,6 +93,10 @@ ARCHIVES: dict[str, tuple[Callable[[Entries], Entries], str]] = {
     "minimum above maximum": (_swap('start="2.0"', 'start="2.0" min="3" max="1"'), "k: the minimum 3 is above the max"),
     "start outside the range": (
         _swap('start="2.0"', 'start="2.0" max="1"'),
+        "k: the start value 2 is outside its range",
+    ),
+    "start outside the range of its type": (
+        lambda e: _typed(e, "k", 'max="1"'),
         "k: the start value 2 is outside its range",
     ),
     "nominal of zero": (
@@ -160,7 +172,7 @@ UNITS: dict[str, tuple[int, str]] = {
 # the same in Model Exchange
 STATES: dict[str, tuple[int, str]] = {
     "events without an end": (29, "the event iteration does not end"),
-    "event in the past": (30, "the next time event is announced for 0.01 s, which is before 0.1 s"),
+    "event in the past": (30, "the next time event is announced for 0.01 s, which is before 0.1013 s"),
     "derivatives of another order": (31, "derivative 1 is -1.25, but der(x), which the model structure names, is"),
     "derivatives change the unit": (32, "rejected steps change the run in Model Exchange: y is"),
     "time changes the unit": (33, "rejected steps change the run in Model Exchange: y is"),
@@ -223,6 +235,11 @@ def _problems(tmp_path: Path, content: bytes, seconds: float = 30) -> list[str]:
 def test_the_good_one_passes(tmp_path: Path, good: Entries) -> None:
     """Without this test the tables below would show nothing."""
     assert _problems(tmp_path, _pack(good)) == []
+
+
+def test_one_that_refuses_what_its_types_exclude_passes(tmp_path: Path, good: Entries) -> None:
+    refuses = _swap("{broken}", f"{{broken {UNITS['refuses an input'][0]}}}")(good)
+    assert _problems(tmp_path, _pack(_typed(refuses, "u", 'min="0"'))) == []
 
 
 @pytest.mark.some(1)

@@ -21,14 +21,14 @@ SEEN = Excitation(60, 150.0, 20, 0.25, True, UNKNOWN, (), ())
 
 def fit_one(data, key, seed, progress, options):
     """Stand in for the fit to all rows."""
-    return Model(key, Graph.single(Node("a", "scaling")), fit={"rms": 1.0}, provenance={"options": options})
+    return Model(key, Graph.single(Node("a", "scaling")), fit={"rms": 0.0}, provenance={"options": options})
 
 
 @pytest.fixture
 def chosen(monkeypatch):
     """Choose between candidates with given errors (% of the span, by fold) and parameters."""
 
-    def make(table, seen=SEEN, data=DATA, outputs=None, **more):
+    def make(table, seen=SEEN, data=DATA, outputs=None, fit=fit_one, **more):
         asked, told = [], []
         found = {name: (f"key {name}", c) for name, (c, *_) in table.items()}
         by_key = {f"key {name}": rest for name, (_, *rest) in table.items()}
@@ -51,7 +51,7 @@ def chosen(monkeypatch):
         monkeypatch.setattr(auto, "too_large", lambda rows, key, given: "")
         monkeypatch.setattr(auto, "method", lambda key: SimpleNamespace(covariates=key == "key takes"))
         monkeypatch.setattr(race.guards, "leaves", lambda graph, y, measured, span: False)
-        monkeypatch.setattr(auto, "fit_one", fit_one)
+        monkeypatch.setattr(auto, "fit_one", fit)
         return auto.choose(data, 0, told.append, **more), asked, told
 
     return make
@@ -71,7 +71,7 @@ def test_the_cheapest_first_and_all_that_are_no_losers_on_every_fold(chosen):
     assert (choice.key, choice.provenance["options"]) == ("key costly", {})
     assert 0 <= choice.fit.pop("seconds") < 60
     told = {"memory": UNKNOWN, "loops": 20, "gap_percent": 0.25, "rate": "not seen", "warnings": []}
-    assert choice.fit == {"rms": 1.0, **told}
+    assert choice.fit == {"rms": 0.0, **told}
     why = choice.provenance
     assert why["auto"] == pytest.approx({"costly": 1.0, "cheap": 1.3, "middle": 1.6})
     assert list(why["auto"]) == ["costly", "cheap", "middle"]
@@ -150,6 +150,28 @@ def test_no_kind_is_left_out_for_its_price(chosen):
     assert "auto_rows" not in chosen({"cheap": table["cheap"]})[0].provenance
 
 
+def test_a_part_that_does_not_represent_the_record_is_replaced_by_all_rows(chosen):
+    """The model misses 5 % of the span on all rows and 1 % on the compared ones."""
+
+    def missed(*args):
+        return replace(fit_one(*args), fit={"rms": 1.0})
+
+    best, near, far = [1.0] * 3, [3.0] * 3, [9.0] * 3
+    table = {
+        "near": (Candidate(ANY, 1.0, 0.5), near, 3),
+        "best": (Candidate(ANY, 0.5, 5.0), best, 3),
+        "far": (Candidate(ANY, 0.1, 0.1), far, 3),
+        "costly": (Candidate(ANY, 9.0, 20.0), near, 3),
+    }
+    choice, asked, _ = chosen(table, fit=missed)
+    why = choice.provenance
+    assert (why["auto_choice"], "auto_rows" in why, list(why["auto"])) == ("best", False, ["best", "near"])
+    assert set(why["auto_left_out"]) == {"far", "costly"}
+    assert why["auto_left_out"]["far"] == "9 % of the span on 3600 rows"
+    assert why["auto_not_tried"] == []
+    assert [name for name, _ in asked].count("far") == 1
+
+
 def test_the_fit_to_all_rows_that_chose_the_components_is_not_repeated(chosen, monkeypatch):
     def complete(data, key, seed, progress, options):
         made = fit_one(data, key, seed, progress, options)
@@ -159,7 +181,7 @@ def test_the_fit_to_all_rows_that_chose_the_components_is_not_repeated(chosen, m
     table = {"a": flat(1.0, 1.0, structured=True), "b": flat(1.0, 2.0)}
     assert chosen(table)[0].fit["rms"] == 0.5
     table |= {"c": flat(130.0, 3.0)}  # compared on a part of the rows
-    assert chosen(table)[0].fit["rms"] == 1.0
+    assert chosen(table)[0].fit["rms"] == 0.0
 
 
 @pytest.mark.parametrize(("errors", "refused"), [((5.1,) * 3, True), ((4.9,) * 3, False), ((4.0, 9.0, 9.0), False)])

@@ -75,23 +75,32 @@ class _Unit:
             self.event(k)
             if self.time.ended:
                 return False
+        close = 1e-9 * h
+        now = t
         for part in range(parts):
-            now, end = t + part * h / parts, t + h if part == parts - 1 else t + (part + 1) * h / parts
-            self.put(now, k, self.x)
-            rates = self.time.derivatives()
-            if rejected:
-                self.put(end, k + 5, [x + h * d / 2 for x, d in zip(self.x, rates, strict=True)])
-                self.time.derivatives()
-                self.fmu.read(self.made)
-                self.put(now, k, self.x)
-            self.x = [x + (end - now) * d for x, d in zip(self.x, rates, strict=True)]
-            if not all(abs(x) < _TOO_LARGE for x in self.x):
-                return False
-            self.put(end, k, self.x)
-            self.accept(end, k, 1e-9 * h)
-            if self.time.ended:
-                return False
+            end = t + h if part == parts - 1 else t + (part + 1) * h / parts
+            while now < end:  # no substep passes over a time event
+                stop = self.time.next if now + close < self.time.next < end - close else end
+                if not self._substep(now, stop, k, rejected, close):
+                    return False
+                now = stop
         return True
+
+    def _substep(self, now: float, end: float, k: int, rejected: bool, close: float) -> bool:
+        """Integrate from `now` to `end` (s) with the inputs of row k; return the same as `step`."""
+        self.put(now, k, self.x)
+        rates = self.time.derivatives()
+        if rejected:
+            self.put(end, k + 5, [x + self.fmu.h * d / 2 for x, d in zip(self.x, rates, strict=True)])
+            self.time.derivatives()
+            self.fmu.read(self.made)
+            self.put(now, k, self.x)
+        self.x = [x + (end - now) * d for x, d in zip(self.x, rates, strict=True)]
+        if not all(abs(x) < _TOO_LARGE for x in self.x):
+            return False
+        self.put(end, k, self.x)
+        self.accept(end, k, close)
+        return not self.time.ended
 
 
 def _run(fmu: ForeignFmu, rejected: bool = False, at_end: Callable[[_Unit], None] | None = None) -> list[Values]:

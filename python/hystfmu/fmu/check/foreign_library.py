@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.foreign.instance import CARRIED, REAL, Instance, Interface, Values, count, numbers, version
+from hystfmu.fmu.foreign.instance import CARRIED, REAL, Instance, Interface, Values, count, numbers, stated, version
 
 STEPS = 100
 _NEAR = 1e-4  # relative tolerance of a directional derivative
@@ -36,11 +36,17 @@ def tangent_differs(got: float, value: Callable[[float], float], e: float) -> st
     return "" if jumps else f"{quotients[0]:.6g}"
 
 
+def bounds(v: Any) -> tuple[float | None, float | None]:
+    """Return the smallest and the largest permitted value of a variable; None if the description states none."""
+    low, high = (None if (b := stated(v, name)) is None else float(b) for name in ("min", "max"))
+    return low, high
+
+
 def _varied(v: Any) -> bool:
     """Return whether the trials vary an input. The valid values must be known, and the input must not need a clock."""
     if v.causality != "input" or getattr(v, "clocks", None):
         return False
-    bounded = v.min is not None and v.max is not None
+    bounded = None not in bounds(v)
     return v.type in ("Real", "Float64", "Float32", "Boolean") or (v.type in CARRIED and bounded)
 
 
@@ -110,9 +116,9 @@ class ForeignFmu:
         true while its oscillation is positive. The values of integers are rounded.
         """
         if v not in self._ranges:
-            low = float(v.min) if v.min is not None else -math.inf
-            high = float(v.max) if v.max is not None else math.inf
-            self._ranges[v] = 2.4 * self.inputs.index(v), low, high, self.start(v)
+            low, high = bounds(v)
+            ends = -math.inf if low is None else low, math.inf if high is None else high
+            self._ranges[v] = 2.4 * self.inputs.index(v), *ends, self.start(v)
         phase, low, high, start = self._ranges[v]
         swing = math.sin(0.7 * k + phase) * math.cos(0.11 * k)
         if v.type == "Boolean":

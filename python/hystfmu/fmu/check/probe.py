@@ -22,7 +22,7 @@ from hystfmu.fmu.check.check import Place
 from hystfmu.fmu.check.exchange_trials import EXCHANGE_TRIALS, SCHEDULED_TRIALS
 from hystfmu.fmu.check.foreign_library import MADE, ForeignFmu, Trial
 from hystfmu.fmu.check.trials import STEPPED, TRIALS
-from hystfmu.fmu.foreign.instance import CARRIED, TALLY, Finding, interface_of, version
+from hystfmu.fmu.foreign.instance import CARRIED, TALLY, Finding, interface_of, stated, version
 
 _RULES = "the rules of fmpy cannot be applied: {}: {}"
 
@@ -80,7 +80,7 @@ def _numbers(text: Any) -> list[float]:
 
 
 def _range(v: Any) -> Iterator[str]:
-    bounds = [_numbers(b) for b in (v.min, v.max)]
+    bounds = [_numbers(stated(v, name)) for name in ("min", "max")]
     low, high = (b[0] if b else None for b in bounds)
     if low is not None and high is not None and low > high:
         yield f"{v.name}: the minimum {low:g} is above the maximum {high:g}"
@@ -90,7 +90,7 @@ def _range(v: Any) -> Iterator[str]:
             shown = " to ".join("..." if b is None else f"{b:g}" for b in (low, high))
             yield f"{v.name}: the start value {x:g} is outside its range {shown}"
             break
-    nominal = _numbers(getattr(v, "nominal", None))
+    nominal = _numbers(stated(v, "nominal"))
     if nominal and not (math.isfinite(nominal[0]) and nominal[0] > 0):
         yield f"{v.name}: the nominal value is {nominal[0]:g}; it must be positive"
 

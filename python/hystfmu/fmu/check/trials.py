@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hystfmu.fmu.check.foreign_library import MADE, STEPS, ForeignFmu, Trial, making, tangent_differs
+from hystfmu.fmu.check.foreign_library import MADE, STEPS, ForeignFmu, Trial, bounds, making, tangent_differs
 from hystfmu.fmu.foreign.instance import REAL, Finding, Instance, Values, count
 
 _LEAK, _LEAST_GROWTH = 32, 1 << 20  # growth of memory that counts as a leak: bytes per step, and total bytes
@@ -41,7 +41,7 @@ def _reset_parameters(fmu: ForeignFmu) -> Iterator[str]:
     made = Instance(fmu.folder, fmu.description, "CoSimulation")
     try:
         for v in kept:
-            low, high = (None if b is None else float(b) for b in (v.min, v.max))
+            low, high = bounds(v)
             other = [x / 2 + 0.125 for x in fmu.start(v)]
             if any((low is not None and x < low) or (high is not None and x > high) for x in other):
                 continue

@@ -48,9 +48,15 @@ def count(v: Any) -> int:
     return math.prod(v.shape) if v.shape else 1
 
 
+def stated(v: Any, name: str) -> Any:
+    """Return an attribute of a variable, such as `min`, which its declared type may state instead; None if absent."""
+    own = getattr(v, name, None)
+    return getattr(v.declaredType, name, None) if own is None else own
+
+
 def unit_of(v: Any) -> str:
-    """Return the unit of measure of a variable, which its declared type may state; "" if there is none."""
-    return v.unit or getattr(v.declaredType, "unit", None) or ""
+    """Return the unit of measure of a variable; "" if there is none."""
+    return stated(v, "unit") or ""
 
 
 def _module(fmi: int) -> Any:

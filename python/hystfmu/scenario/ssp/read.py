@@ -35,6 +35,7 @@ from hystfmu.scenario.system.system import System, build
 
 UNREADABLE = (OSError, ET.ParseError, LookupError, ValueError)  # the last two are raised for an unknown encoding
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,20}\s*")
 _SET = "application/x-ssp-parameter-set"
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _Given = tuple[Any, str]  # a value and its unit of measure
@@ -144,7 +145,7 @@ class _Reader:
     def _whole(self, text: str, what: str) -> float:
         """Return the exact integer that a text contains. A float cannot represent all integers of 64 bits."""
         number = self._number(text, what)
-        return int(text) if re.fullmatch(r"\s*[+-]?[0-9]{1,20}\s*", text) else number
+        return int(text) if _WHOLE.fullmatch(text) else number
 
     def _units(self) -> dict[str, UnitSpec]:
         units = {}
@@ -189,13 +190,14 @@ class _Reader:
         if not given:
             return {}, {}
         foreign = Foreign.load(self._folder / place)
-        own = {v.name: unit_of(v) for v in foreign.description.modelVariables}
-        self.ignored += [f"{name}.{k}" for k in given if k not in own]
-        given = {k: v for k, v in given.items() if k in own}
+        variables = {v.name: v for v in foreign.description.modelVariables}
+        self.ignored += [f"{name}.{k}" for k in given if k not in variables]
+        given = {k: (self._item(name, variables[k], x), unit) for k, (x, unit) in given.items() if k in variables}
         for k, (_, unit) in given.items():
-            if not {unit, own[k]} & {"", "1"} and unit != own[k]:
+            own = unit_of(variables[k])
+            if not {unit, own} & {"", "1"} and unit != own:
                 raise self._wrong(
-                    f"{name}: {k} is given in {unit} and is in {own[k]} in the FMU: units of measure are not converted"
+                    f"{name}: {k} is given in {unit} and is in {own} in the FMU: units of measure are not converted"
                 )
         inputs = {n for p in foreign.ports if p.kind == "input" for n in p.scalar_names}
         for k in given.keys() & inputs:
@@ -203,6 +205,15 @@ class _Reader:
                 raise self._wrong(f"{name}: {k}: an input must be a number. Got {given[k][0]!r} instead.")
         constants = {k: float(value) for k, (value, _) in given.items() if k in inputs}
         return constants, {k: value for k, (value, _) in given.items() if k not in inputs}
+
+    def _item(self, name: str, v: Any, value: Any) -> Any:
+        """Return the value of an enumeration that is given by the name of its item; any other value as it is."""
+        if v.type != "Enumeration" or not isinstance(value, str):
+            return value
+        items = {item.name: int(item.value) for item in v.declaredType.items}
+        if value not in items:
+            raise self._wrong(f"{name}: {v.name}: must be one of {', '.join(items)}; got {value!r}")
+        return items[value]
 
     def _parameters(self, element: ET.Element) -> dict[str, _Given]:
         found: dict[str, _Given] = {}
@@ -248,6 +259,8 @@ class _Reader:
                     value = _TRUTH[text]
                 elif word in ("Real", "Float64", "Float32"):
                     value = self._number(text, f"{source}: {p.get('name')}")
+                elif word == "Enumeration" and not _WHOLE.fullmatch(text):
+                    value = text  # name of an item of the type of the variable
                 elif word in ("Integer", "Enumeration") or word[:3] in ("Int", "UIn"):
                     value = self._whole(text, f"{source}: {p.get('name')}")
                 else:
