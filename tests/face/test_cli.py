@@ -213,6 +213,8 @@ def test_run_needs_a_scenario(tmp_path):
     (("export", "delay", "--set", "m=3", "-o", "d.fmu"), "A parameter of delay must be one of y0 (sizes: n). Got 'm'"),
     (("fit", "piezo.csv", "--input", "u", "--output", "u"),
      "The output must be a column of its own. Got 'u', the input."),
+    (("fit", "piezo.csv", "--rate", "0,5"), "'0,5' is not a valid float: use a decimal point."),
+    (("export", "delay", "--step", "1", "-o", "d.fmx"), "d.fmx: The file of an FMU must end in .fmu. Got '.fmx'"),
     (("frob",), "No such command 'frob'. See 'hystfmu --help'."),
 ])  # fmt: skip
 def test_a_mistake_gets_one_line_with_what_was_meant(tmp_path, words, says):

@@ -422,4 +422,10 @@ def test_what_auto_asks_of_the_inverses():
         assert ("not monotone in the input" in Inverses().fault(bent)) == (slope == -1e-3)
     lower = inverse(implicit, "implicit", lo=-2.0).graph.node("inverse")
     assert (lower.value("lo")[0], lower.value("hi")[0]) == (-2.0, 1.0)
-    assert "must be greater than 0 for an inverse" in Inverses().fault(replace(plays_only(), provenance=span))
+    wide = Node("k", "krasnoselskii_pokrovskii", {}, {"w": np.eye(10)[3]})
+    relays = Model("k", Graph.single(wide), None, "", {}, span)
+    for flat in (
+        replace(plays_only(), provenance=span),
+        relays,
+    ):  # no advice of a learned inverse, which a loop refuses
+        assert Inverses().fault(flat).endswith("w0_min > 0) and no dead band, or another kind of model.")

@@ -1,5 +1,6 @@
 """The command line. The commands import slow modules only when they run, so that `hystfmu --help` is fast."""
 
+import re
 import shlex
 from typing import Any
 
@@ -22,6 +23,7 @@ _GROUPS: dict[str, list[click.Command]] = {
     "Design": [design.design, scenarios.margins],
     "Check": [identify.check, fmus.validate, scenarios.compare, begin.reproduce],
 }
+_COMMA = re.compile(r"'[-+]?\d*,\d+' is not a valid float")
 _WORDS = "hystfmu.words"  # key of the command-line arguments in the context
 
 
@@ -52,6 +54,8 @@ class _Commands(click.Group):
         except click.UsageError as e:  # click would print four lines
             words = e.ctx.command_path if e.ctx else "hystfmu"
             text = printable(" ".join(e.format_message().split())).rstrip(".")
+            if _COMMA.search(text):
+                text += ": use a decimal point"
             echo(f"hystfmu: {text}{'' if text[-1] in '?)' else '.'} See '{words} --help'.", err=True)
             ctx.exit(BAD_INPUT)
         except InputError as e:

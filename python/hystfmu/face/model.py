@@ -370,7 +370,7 @@ class Model(hystfmu.model.Model):
         Parameters
         ----------
         path : str or Path
-            FMU file to write, usually ``*.fmu``. If an error occurs, no incomplete file remains.
+            FMU file to write, with the ending ``.fmu``. If an error occurs, no incomplete file remains.
         fmi : {2, 3}
             Version of the FMI standard.
         name : str, optional
@@ -387,7 +387,7 @@ class Model(hystfmu.model.Model):
         Raises
         ------
         InputError
-            The version, the name or the platform is invalid, or the file cannot be written.
+            The version, the path, the name or the platform is invalid, or the file cannot be written.
 
         Examples
         --------

@@ -449,7 +449,7 @@ class Scenario:
         Parameters
         ----------
         path : str or Path
-            File to write, usually ``*.fmu``. If an error occurs, no incomplete file remains.
+            File to write, with the ending ``.fmu``. If an error occurs, no incomplete file remains.
         case : str, optional
             Case whose parameter values the controller uses. The default is the first case.
         fmi, name, platforms, source

@@ -114,9 +114,10 @@ def check_device(model: Model, data: Dataset, factor: float = FACTOR) -> DeviceC
         raise InputError(f"The model to check with must state provenance.{KEY} = [least, largest]. Got {got!r}.")
     counted = (data.u >= span[0]) & (data.u <= span[1])
     if counted.sum() < LEAST_ROWS:
+        unit = f" {data.unit_u}" if data.unit_u else ""
         raise InputError(
             f"{where}: At least {LEAST_ROWS} rows must have an input within the trained range, {span[0]:g} to "
-            f"{span[1]:g}. Got {counted.sum()} rows."
+            f"{span[1]:g}{unit}. Got {counted.sum()} rows."
         )
     y = run_along(model.graph, data)
     e = (data.y - y)[counted]

@@ -188,18 +188,18 @@ class Inverses:
         """Return the reason why no method of `ANALYTIC` gives a useful inverse, or an empty text if one does."""
         if _folded(model):
             return "the output is not monotone in the input: a wanted output has several inputs"
-        reason = ""
+        reason = refused = ""
         for method in ANALYTIC:
             try:
                 made = inverse(model, method)
             except InputError as e:
-                reason = reason or str(e)
+                refused = str(e)  # of the last method: the refusals of the others advise other methods
                 continue
             off = made.fit.get("cascade_rms_percent", 0.0)
             if off <= POOR:
                 return ""
             reason = f"the {method} inverse and the model in cascade are off by {off:.2g} % of the span"
-        return reason
+        return reason or refused
 
 
 def _at_rest(model: Model, u: Array) -> Array:

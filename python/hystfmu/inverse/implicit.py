@@ -63,7 +63,7 @@ def _refuse_flat(model: Model, lo: float, hi: float) -> None:
     if abs(turned - end) <= 1e-12 * abs(end - start):
         raise InputError(
             f"The output of {model.key} must change directly after a reversal. Got a constant output, without "
-            "continuous inverse. Fit it with a linear term (w0_min > 0), or without a dead band (dead_band = 0)."
+            "continuous inverse. Fit plays with a linear term (w0_min > 0) and no dead band, or another kind of model."
         )
 
 

@@ -55,7 +55,7 @@ def export_fmu(
         the documentation. If the model contains sampled blocks, their sample time is the step of the model. The FMU
         then refuses communication steps that are not a multiple of this sample time.
     path : str or Path
-        Path of the FMU, usually ``*.fmu``. The file is written atomically.
+        Path of the FMU, which ends in ``.fmu``. The file is written atomically.
     fmi : {2, 3}
         Version of the standard.
     name : str, optional
@@ -82,11 +82,13 @@ def export_fmu(
     Raises
     ------
     InputError
-        The version, the name or the stop time is invalid, FMI defines no folder for this platform, binaries of all
-        platforms are requested but not installed, or the file cannot be written.
+        The version, the path, the name or the stop time is invalid, FMI defines no folder for this platform, binaries
+        of all platforms are requested but not installed, or the file cannot be written.
     """
     if fmi not in (2, 3):
         raise InputError(f"The FMI version must be 2 or 3. Got {fmi} instead.")
+    if Path(path).suffix.lower() != ".fmu":  # FMI 2.0.4, section 2.3; importers refuse other endings
+        raise InputError(f"{path}: The file of an FMU must end in .fmu. Got {Path(path).suffix!r} instead.")
     whole, graph = (model, model.graph) if isinstance(model, Model) else (None, model)
     single = graph.nodes[0] if len(graph.nodes) == 1 else None
     if name is None:
