@@ -134,8 +134,8 @@ class LoopPlan:
         self._add_cases(loop, limits, slower)
         if tuned is None:
             return loop
-        stated = {"corners": [d.name for d in draws(found)], "slopes": found.slopes}
-        return loop.margins(case=first.name, Ms_db=self.asked.ms, **stated, stable_to_steps=0.0)
+        corners, sector = [d.name for d in draws(found)], found.slopes
+        return loop.margins(case=first.name, Ms_db=self.asked.ms, corners=corners, slopes=sector, stable_to_steps=0.0)
 
     def _add_cases(self, loop: Scenario, limits: Mapping[str, float], slower: float) -> None:
         """Add cases for references and other devices, and two comparisons: without feedback, and without inverse."""
