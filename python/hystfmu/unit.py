@@ -45,6 +45,9 @@ class Unit:
             name: (p, p.reference + i) for p in graph.ports for i, name in enumerate(p.scalar_names)
         }
         self._outputs = {name: k for name, (p, k) in self._names.items() if p.kind == "output"}
+        self._parameters = [
+            (p.reference, self._executor.view(p.reference, p.size)) for p in graph.ports if p.is_parameter
+        ]
         self._period = sample_time(graph)
         self._initialized = False
         self._start = 0.0
@@ -102,8 +105,10 @@ class Unit:
         Raises
         ------
         InputError
-            `set` refuses an input.
+            The time is not finite, or `set` refuses an input.
         """
+        if not math.isfinite(t0):
+            raise InputError(f"The start time must be finite. Got {t0} instead.")
         for name, value in inputs.items():
             self.set(name, value)
         self._executor.start(t0)
@@ -167,9 +172,14 @@ class Unit:
 
     @property
     def state(self) -> Array:
-        """Copy of the complete state, shape (n,). Assigning such a copy restores the state."""
-        return self._executor.state
+        """Copy of the complete state and the parameters, shape (n,). Assigning such a copy restores both."""
+        return np.concatenate([self._executor.state, *(held for _, held in self._parameters)])
 
     @state.setter
     def state(self, value: Array) -> None:
-        self._executor.state = value
+        at = len(value) - sum(len(held) for _, held in self._parameters)
+        self._executor.state = value[:at]
+        for reference, held in self._parameters:
+            for k in np.flatnonzero(held != value[at : at + len(held)]).tolist():
+                self._executor.set(reference + k, value[at + k])
+            at += len(held)

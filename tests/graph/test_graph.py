@@ -106,6 +106,8 @@ def test_unit_refuses_what_an_fmu_refuses():
     unit = Unit(chain("a", "b"))
     with pytest.raises(InputError, match="before initialize"):
         unit.do_step(0.0, 1e-3)
+    with pytest.raises(InputError, match=r"The start time must be finite\. Got nan instead\."):
+        unit.initialize(float("nan"))
     unit.initialize(0.0, u=0.3)
     for h in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(InputError, match="finite and greater than 0"):

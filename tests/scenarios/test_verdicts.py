@@ -145,7 +145,10 @@ def test_a_signal_that_changed_where_no_metric_looks_is_found(loop: Any, write: 
     assert "changed against the baseline" in line
 
 
-def test_the_tolerance_is_relative(loop: Any, write: Any) -> None:
+@pytest.mark.parametrize("size", [1.0, 1e-9])  # um, or nm in m: rounding is relative to the reference
+def test_the_tolerance_is_relative(loop: Any, write: Any, size: float) -> None:
+    loop["units"]["reference"]["values"]["amplitude"], loop["units"]["pid"]["inputs"]["u_ff"] = size, 0.0
+    loop["metrics"]["tracking"] = {"kind": "rms", "signal": "plant.y", "against": "reference.r", "limit": size}
     folder = write(loop)
     run(folder, record=True)
     text = (folder / "baseline.toml").read_text()

@@ -41,6 +41,21 @@ def test_feedback_is_slow_without_a_mode_or_a_band(
     assert closed_loop.ClosedLoop.feedback.fget(loop) == told
 
 
+@pytest.mark.parametrize(("w0", "gain", "sector"), [
+    (0.8, 1.0, (0.68, 1.64)), (0.8, 1.3, (0.68, 1.3 * 1.64)), (0.8, 0.75, (0.75 * 0.68, 1.64)),
+    # the slope is w0 for small swings, and that of both plays for the swings of the record, here of 80 in its middle
+    (0.25, 1.0, (0.68, 1 + (0.3 * 70 + 0.2 * 56) / 80 / 0.25)),
+])  # fmt: skip
+def test_the_sector_contains_what_the_record_shows_and_what_it_does_not(
+    w0: float, gain: float, sector: tuple[float, float]
+) -> None:
+    u = 50 - 50 * np.cos(2 * np.pi * 5 * H * np.arange(1001))
+    plays = hy.blocks.PrandtlIshlinskii(w0=w0, r=[5.0, 12.0], w=[0.3, 0.2]).graph
+    model = hy.Model("device", plays, H, provenance={"span_u": [0.0, 100.0]})
+    made = device(model, hy.Dataset(H * np.arange(1001), u, gain * model.predict(u)))
+    assert made.slopes == pytest.approx(sector, rel=2e-3)
+
+
 # ---- references ------------------------------------------------------------------------------------------------------
 def tried(found: Device, shape: str, frequency: float = 0.0) -> Tried:
     (made,) = references(found, (Wanted(shape, frequency),))

@@ -79,6 +79,10 @@ class Executor:
         """Return the value of the variable with the value reference `reference`."""
         return float(self._lib.hyst_graph_value(self._g, reference)[0])
 
+    def view(self, reference: int, size: int) -> Array:
+        """Return the present values, shape (size,), of the variable with the value reference `reference`, to read."""
+        return np.ctypeslib.as_array(self._lib.hyst_graph_value(self._g, reference), (size,))
+
     def set(self, reference: int, value: float) -> None:
         """Set the parameter or the input with the value reference `reference`.
 

@@ -24,7 +24,7 @@ from hystfmu.design.structures import STRUCTURES, Design
 from hystfmu.face.model import Model
 from hystfmu.scenario import Result, Results
 from hystfmu.scenario.loop.table import MarginTable, margin_table
-from hystfmu.start.device import FINE, SLOPES, Device, device
+from hystfmu.start.device import FINE, Device, device
 from hystfmu.start.loop import LoopPlan, draws
 from hystfmu.start.promise import HARMONICS, Misfit, Promise, expected_percent, misfit, promises
 from hystfmu.start.references import Tried, references
@@ -147,7 +147,7 @@ def close(
     plants = plant_set(
         found.plant,
         found.h,
-        SLOPES,
+        found.slopes,
         errors=found.errors,
         delay_error=found.delay_error,
         unseen=found.unseen,

@@ -12,17 +12,18 @@ import numpy as np
 
 from hystfmu.base import Array, InputError
 from hystfmu.data import Dataset
-from hystfmu.data.reversals import turning_points
+from hystfmu.data.reversals import reversals, turning_points
 from hystfmu.design.feedforward import transfer_function
 from hystfmu.design.plants import SIGMAS, UNSEEN_SHARE, UNSEEN_ZETA, Plant, Unseen
 from hystfmu.design.sector import static_gain
 from hystfmu.face.fit import evidence_of
 from hystfmu.face.model import Model
 from hystfmu.graph import Graph, Input, Node
+from hystfmu.graph.recursion import discretised
 from hystfmu.identify.evidence import Evidence, Mode
 from hystfmu.inverse.dynamic import Parts, split
 from hystfmu.inverse.ports import at_start, input_range, over_range
-from hystfmu.model import beside
+from hystfmu.model import beside, run_along
 
 PERIODS = 4  # of the reference in a run
 SAMPLES = 100  # steps of the loop in a period of the references, at least
@@ -34,7 +35,14 @@ SHARES = (0.6, 1.2)  # static gain of all modes over that of the device
 CLEAR = 0.8  # coherence of a point of the response that is looked at
 FLAT, DESCRIBED = 0.22, 0.7  # abs(ln) of the response over that of a plant without and with modes: a quarter, twice
 RATE = 1e-3  # of a step: the response of the plant without its hold
-SLOPES = (0.68, 1.64)  # of plant over inverse: gain 20 % off and thresholds 10 %
+SLOPES = (0.68, 1.64)  # of plant over inverse, of a model that follows its record: gain 20 % off and thresholds 10 %
+PARTS, LEAST_PART = 40, 50  # of a record in which the gain is compared: number, rows
+FOLLOWED = 1.1  # ratio of output and model in a part, and its inverse, up to which a model follows
+HEARD = 10.0  # times the noise: the RMS of a part that shows a gain
+BELOW = 0.7  # of the natural frequency: highest mean frequency of such a part
+SHOWN = 0.1  # quantile of the swings between reversals that counts as the smallest swing of a record
+LEVELS, SMALL = (-0.6, -0.2, 0.2, 0.6), 1e-3  # middle of swings, and amplitude of small ones, in half ranges
+SWING = 400  # steps of a quarter of the way, and of half a swing
 LARGE = 0.2  # of the range of the input: a reversal of a stroke
 FINE = 5  # steps of the plant in one of the controller
 UNKNOWN_DELAY = 2.0  # steps by which a device may be later if the record does not show its delay
@@ -63,6 +71,7 @@ class Device:
     rest: float
     commands: tuple[float, float]  # range of the input in the record
     falling: bool  # whether the output decreases with the input, as for a contracting stack
+    slopes: tuple[float, float]  # sector of the incremental gain of the device over the inverse
     notes: tuple[str, ...] = ()  # properties that the record does not show
 
     @property
@@ -119,8 +128,55 @@ def device(
         at_start(static),
         input_range(static, "A loop must have the input range of its model"),
         falling,
+        slopes(static, plant, data, evidence),
         tuple(notes),
     )
+
+
+def slopes(static: Model, plant: Plant, data: Dataset, evidence: Evidence) -> tuple[float, float]:
+    """Return the sector of the incremental gain of the device over the inverse of the model `static`.
+
+    It is that of a model that follows its record (`SLOPES`), or wider in two cases. First, the RMS of the output in a
+    part of the record differs clearly from that of model and dynamics. Second, the slope of the model after a reversal
+    is much smaller for small changes of the input, which the record does not contain, than for its smallest reversals.
+    The slope of a device that softens after a reversal may then be as large as for these: a fit without the dynamics,
+    for example, can have almost no slope there, and its inverse too large a gain.
+    """
+    run = run_along(static.graph, data)
+    filter_ = discretised(transfer_function(plant, DYNAMICS_NAME), data.h) if plant.f_n else None
+    top = min((BELOW * f for f in plant.f_n), default=math.inf)
+    least = HEARD * (evidence.noise if np.isfinite(evidence.noise) else 0.0)
+    ratios, sizes = [1.0], []
+    for rows in data.records:
+        y = run[rows] if filter_ is None else filter_.run(run[rows, None])[:, 0]
+        measured, u = data.y[rows], data.u[rows]
+        sizes.append(np.abs(np.diff(u[reversals(u)])))
+        for part in np.array_split(np.arange(len(u)), min(PARTS, max(len(u) // LEAST_PART, 1))):
+            a, b = np.std(y[part]), np.std(measured[part])
+            fast = len(reversals(u[part])) > 2 * top * len(part) * data.h
+            if min(a, b) > least and not fast:
+                ratios.append(float(b / a))
+    low, high = min(ratios), max(ratios)
+    swings = np.concatenate(sizes)
+    steeper = _steeper(static, float(np.quantile(swings, SHOWN))) if len(swings) else 1.0
+    return (
+        SLOPES[0] * (low if low < 1 / FOLLOWED else 1.0),
+        max(SLOPES[1], steeper) * (high if high > FOLLOWED else 1.0),
+    )
+
+
+def _steeper(static: Model, size: float) -> float:
+    """Return the largest ratio of the slopes of a model after a reversal, for swings of `size` and for small swings."""
+    found, range_ = [1.0], float(np.ptp(over_range(static, np.array([-1.0, 1.0]))))
+    swing = np.sin(np.linspace(0, 4 * np.pi, 4 * SWING))
+    for level in LEVELS:
+        way = np.linspace(-1.0, level, SWING)
+        gains = []
+        for part in (min(size / range_, 1 - abs(level)), SMALL):
+            y = static.predict(over_range(static, np.append(way, level + part * swing)))
+            gains.append(float(np.ptp(y[-2 * SWING :])) / part)
+        found.append(gains[0] / max(gains[1], 1e-12))
+    return max(found)
 
 
 def _determined(evidence: Evidence) -> tuple[Mode, ...]:

@@ -18,7 +18,7 @@ from hystfmu.design.race import Tuned
 from hystfmu.face.scenario import Scenario
 from hystfmu.face.table import What
 from hystfmu.graph import Graph, Input, Node, Output, blocks
-from hystfmu.start.device import FINE, SLOPES, Device, plant_model
+from hystfmu.start.device import FINE, Device, plant_model
 from hystfmu.start.promise import Misfit
 from hystfmu.start.references import Tried
 from hystfmu.start.requirements import Requirements
@@ -134,8 +134,8 @@ class LoopPlan:
         self._add_cases(loop, limits, slower)
         if tuned is None:
             return loop
-        corners = [d.name for d in draws(found)]
-        return loop.margins(case=first.name, Ms_db=self.asked.ms, corners=corners, slopes=SLOPES, stable_to_steps=0.0)
+        corners, sector = [d.name for d in draws(found)], found.slopes
+        return loop.margins(case=first.name, Ms_db=self.asked.ms, corners=corners, slopes=sector, stable_to_steps=0.0)
 
     def _add_cases(self, loop: Scenario, limits: Mapping[str, float], slower: float) -> None:
         """Add cases for references and other devices, and two comparisons: without feedback, and without inverse."""

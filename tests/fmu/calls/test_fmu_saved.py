@@ -293,9 +293,10 @@ def test_a_parameter_acts_from_the_next_step_with_all_that_follows_from_it(
         unit.set(name, new if port.size > 1 else new[0])
     m.initialize()
     unit.initialize(0.0)
-    rng, moved = np.random.default_rng(1), set()
+    rng, moved, saved = np.random.default_rng(1), set(), None
     for k in range(8):
         if late and k == 4:
+            saved = m.save(), unit.state
             assert m.set(name, *new) == OK
             unit.set(name, new if port.size > 1 else new[0])
         for i in inputs:
@@ -308,6 +309,10 @@ def test_a_parameter_acts_from_the_next_step_with_all_that_follows_from_it(
         assert got == [unit.get(o) if np.ndim(unit.get(o)) == 0 else list(unit.get(o)) for o in outputs]
         moved.add(str(got))
     assert len(moved) == 8
+    if saved:
+        assert m.restore(saved[0]) == OK
+        unit.state = saved[1]
+        assert [m.get(n) for n in (name, *outputs)] == [unit.get(n) for n in (name, *outputs)]
 
 
 # ---- serialized states from outside ----------------------------------------------------------------------------------

@@ -186,7 +186,10 @@ _KINDS: dict[str, Callable[[], _Kind]] = {
     "variation_ratio": _Variation,
     "loop_area_percent": _LoopArea,
 }
+# allowed change of an error that consists only of rounding (percent of stroke, or unit of measure of the signal)
+ROUNDING = 1e-9
 _OF_STROKE = ("rms_percent", "max_percent", "between_samples_percent")
+_DIFFERENCE = ("rms", "final")  # in the unit of measure of two signals, which may be far below 1 (m, A)
 
 
 class _Lines:
@@ -224,10 +227,16 @@ class Measure:
         against = nothing if m.against is None or m.kind == "peak" else chunk[m.against][skip:]
         sample = -(chunk.first + skip) % chunk.ripple
         with np.errstate(over="ignore", invalid="ignore"):  # the metric of a diverged run is infinite or NaN
-            if self._percent and m.stroke is None:
+            if m.kind in _DIFFERENCE or (self._percent and m.stroke is None):
                 self._span.add(against)
             on = slice(None) if self._lines is None else self._lines(against)
             self._of.add(_Rows(chunk.t[skip:][on], signal[on], against[on], sample, chunk.ripple))
+
+    @property
+    def rounding(self) -> float:
+        """Change of the metric that may be rounding; 1e-9 of the largest abs(`against`) if this is below 1."""
+        size = self._span.largest if self._m.kind in _DIFFERENCE else 1.0
+        return ROUNDING * min(size or 1.0, 1.0)
 
     def value(self) -> float:
         """Return the metric for all rows so far. An InputError is raised if the stroke is zero."""

@@ -26,8 +26,6 @@ from hystfmu.scenario.system.system import System
 
 # text in every line on a change, so that the terminal output can count changes
 CHANGED = "changed against the baseline"
-# allowed change of an error that consists only of rounding (percent of stroke, or unit of measure of the signal)
-ROUNDING = 1e-9
 BASELINE_ROWS = 24  # number of rows of each case in baseline.csv
 
 
@@ -276,11 +274,11 @@ def judge(
         except InputError as e:
             raise InputError(f"{case.where}: metrics.{name}: {e}") from None
         old = known.get(name) if known is not None else None
-        limit, stated = _allowed(case.guard, m.limit, old)
+        limit, stated = _allowed(case.guard, m.limit, old, measured[name].rounding)
         within = bool(np.isfinite(value)) and (limit is None or value <= limit)
         same = None
         if old is not None:
-            same = abs(value - old) <= max(case.tolerance * max(abs(old), m.limit or 0.0), ROUNDING)
+            same = abs(value - old) <= max(case.tolerance * max(abs(old), m.limit or 0.0), measured[name].rounding)
         verdicts.append(Verdict(name, m.kind, value, limit, old, within, same))
         if not within:
             rule = "is not finite" if limit is None else f"exceeds the limit {limit:.6g}{stated}"
@@ -297,14 +295,16 @@ def judge(
     return (verdicts, failures + changed, []) if strict else (verdicts, failures, changed)
 
 
-def _allowed(guard: float | None, limit: float | None, recorded: float | None) -> tuple[float | None, str]:
+def _allowed(
+    guard: float | None, limit: float | None, recorded: float | None, rounding: float
+) -> tuple[float | None, str]:
     """Return the largest allowed value of a metric, and a remark for error messages.
 
     The value is the smaller one of `limit` and `guard` times the recorded value. The remark is empty if it is `limit`.
     """
     if guard is None or recorded is None:
         return limit, ""
-    most = max(guard * abs(recorded), ROUNDING)
+    most = max(guard * abs(recorded), rounding)
     return (limit, "") if limit is not None and limit <= most else (most, f", {guard:g} times the recorded value")
 
 
