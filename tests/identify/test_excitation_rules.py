@@ -55,8 +55,10 @@ def white(v):
 
 
 def sums(a, b):
+    """Of ten shifts each: 1 to 10, 11 to 20, and so on to 100."""
     n = len(a)
-    return sum(n * float(a[: n - k] @ b[k:]) ** 2 / float(a @ a * (b @ b)) for k in range(1, 11))
+    squares = [n * float(a[: n - k] @ b[k:]) ** 2 / float(a @ a * (b @ b)) for k in range(1, 101)]
+    return np.reshape(squares, (10, 10)).sum(1)
 
 
 @pytest.mark.parametrize(("train", "rows"), [(slice(None), slice(0, 2000)), (slice(100, 500), slice(100, 500))])
@@ -65,7 +67,10 @@ def test_the_correlation_of_residual_and_later_increments(rng, train, rows):
     data = Dataset.from_signal(u, 0.3 * u + rng.normal(size=2600), H, "loop", train)
     e = white(left(regression(u, train)[rows], data.y[rows]))
     v = white(np.diff(u[rows], prepend=u[rows][0]))
-    assert timing.correlation(data.u, data.y, data.train) == pytest.approx((sums(e, v), sums(v, e)), rel=1e-6)
+    later = sums(e, v)
+    assert timing.correlation(data.u, data.y, data.train) == pytest.approx(
+        (later[0], max(*later[1:], *sums(v, e))), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(("rows", "told"), [(240, True), (239, False)])

@@ -5,10 +5,12 @@ import plants
 import pytest
 
 from hystfmu import Dataset, InputError, fit, signals, synthetic
-from hystfmu.data.signals import decaying_sine, training
+from hystfmu.data.signals import decaying_sine, nested_reversals, training
 from hystfmu.identify.excitation import timing
 from hystfmu.identify.excitation.timing import dead_time, feedback, told
 from hystfmu.model.guards import drift
+from hystfmu.start.device import reference_frequency
+from hystfmu.start.excitation import excitation
 
 
 # ---- lag -------------------------------------------------------------------------------------------------------------
@@ -142,6 +144,18 @@ def walk(seed):
     return np.cumsum(np.random.default_rng(seed).normal(size=4000)) / 60
 
 
+def designed(reversals, seed, noise):
+    """A record of the input that `start` designs: its tones hide in the residual of the plays of the test."""
+    u = 50 + 50 * nested_reversals(reversals, seed, 0.04)
+    record = Dataset.from_signal(u, u, 1e-3)
+    u = excitation(record, reference_frequency(record), 200.0)[0]
+    y = 0.5 * u + plants.plays(u, np.array([2.0, 6.0, 12.0, 20.0]), 0.0) @ [0.2, 0.15, 0.1, 0.1]
+    return Dataset.from_signal(u, y + noise * np.random.default_rng(seed + 1).normal(size=len(y)), 1e-3)
+
+
+DESIGNED = {1: (31, 184, 0.02), 2: (18, 286, 0.05)}
+
+
 OPEN = {
     "nested reversals": lambda seed: noisy(training(40, seed, 0.03), seed=seed),
     "decaying sine": lambda seed: noisy(decaying_sine(20, 0.1), seed=seed),
@@ -154,6 +168,7 @@ OPEN = {
     ),
     "16 levels": lambda seed: noisy(walk(seed), lambda u: np.round(8 * plants.prandtl_ishlinskii(u)) / 8, seed=seed),
     "piezo": lambda seed: synthetic.piezo(60, 1000.0, seed=seed),
+    "designed input": lambda seed: designed(*DESIGNED[seed]),
     "open loop, late sensor": lambda seed: noisy(
         walk(seed), lambda u: np.roll(plants.prandtl_ishlinskii(u), 3), seed=seed
     ),

@@ -16,7 +16,8 @@ weights with y before u (5 % level).
 Feedback. Without feedback, noise of the output does not affect the input. With feedback it does, and a fit would
 attribute properties of the controller to the device (Ljung, System Identification, 2nd ed. 1999, section 13.4). To
 detect feedback, the residual of the sum of plays and the increments of the input are whitened by linear prediction.
-With feedback, the residual of a row is correlated with later increments, and much less with earlier increments. Rank
+With feedback, the residual of a row is correlated with the next increments, and much less with earlier and with much
+later increments. A poor model of a device with a regular input, such as tones, is correlated with all of them. Rank
 correlation is used, so that jumps of a reference have little effect. Feedback cannot be detected if the noise is much
 smaller than the residual.
 """
@@ -49,7 +50,8 @@ ROWS = 20  # minimum number of rows per weight
 ORDER = 12  # order of the linear prediction
 LATER = 10  # largest number of rows between residual and increment
 SURE = 60.0  # limit of a sum of LATER squared normal variables, whose mean is 10; chance exceeds it once in 3e8 records
-SURELY = 3.0  # required ratio to the sum for earlier increments, because a poor model increases both sums
+SURELY = 3.0  # required ratio to the sums for other shifts, because a poor model increases all sums
+FIRSTS = range(1, 10 * LATER, LATER)  # first shifts of the sums
 
 
 def told(data: Dataset, error: float) -> tuple[dict[str, Any], list[str]]:
@@ -171,8 +173,8 @@ def answer(u: Array, y: Array, late: int) -> tuple[Array, Array]:
 def feedback(data: Dataset) -> list[str]:
     """Return a warning if the input depends on the noise of the output, as in a closed loop."""
     record = data.longest()
-    later, earlier = correlation(record.u, record.y, record.train)
-    if later < SURE or later < SURELY * earlier:
+    later, other = correlation(record.u, record.y, record.train)
+    if later < SURE or later < SURELY * other:
         return []
     return [
         "the input follows the error of the output, as in closed-loop data: the fit may take the controller for a part "
@@ -181,13 +183,14 @@ def feedback(data: Dataset) -> list[str]:
 
 
 def correlation(u: Array, y: Array, train: slice) -> tuple[float, float]:
-    """Return the correlation of the residual of plays with later and with earlier increments of the input.
+    """Return the correlation of the residual of plays with the next increments of the input, and with others.
 
     Returns
     -------
-    later, earlier : float
-        Sums of squared rank correlations over `LATER` shifts, times the number of rows. For independent signals, each
-        sum is about 10.
+    later, other : float
+        Sums of squared rank correlations over `LATER` shifts, times the number of rows: over the shifts to the next
+        increments, and the largest sum over earlier or much later increments. For independent signals, a sum is about
+        10.
     """
     rows = slice(train.start, min(train.stop, train.start + MOST_ROWS))
     if rows.stop - rows.start < 20 * ORDER:
@@ -195,8 +198,11 @@ def correlation(u: Array, y: Array, train: slice) -> tuple[float, float]:
     e = _ranks(_whitened(_left(_columns(u, train)[rows], y[rows])))
     v = _ranks(_whitened(np.diff(u[rows], prepend=u[rows][0])))
     scale = len(e) / float((e @ e) * (v @ v))
-    later, earlier = (scale * sum(float(p[:-k] @ q[k:]) ** 2 for k in range(1, LATER + 1)) for p, q in ((e, v), (v, e)))
-    return later, earlier
+    blocks = [
+        [scale * sum(float(p[:-k] @ q[k:]) ** 2 for k in range(first, first + LATER)) for first in FIRSTS]
+        for p, q in ((e, v), (v, e))
+    ]
+    return blocks[0][0], max(blocks[0][1:] + blocks[1])
 
 
 def _whitened(v: Array) -> Array:
