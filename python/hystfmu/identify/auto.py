@@ -55,6 +55,7 @@ HOPEFUL = 0.2  # expected share of the full cost for kinds with a trial fit: mos
 LEAST_ROWS, FEWER = 2000, 0.9  # minimum number of rows of the comparison, and factor by which the number is reduced
 SHORT = 0.2  # cost of a short trial fit, relative to a full fit
 MISLED = 1.5  # ratio of the errors on all rows and on the compared rows above which all rows are compared
+CLOSER = 3.0  # or ratio of the errors of the chosen and of another candidate on the compared rows
 
 
 class Inverses(Protocol):
@@ -227,13 +228,14 @@ def _chosen(
 
 
 def _misled(race: Race, best: Trial, model: Model) -> bool:
-    """Return whether the rows of the comparison do not represent the record on which `model` was fitted.
+    """Return whether the rows of the comparison may not represent the record on which `model` was fitted.
 
     The error on all rows is then clearly larger than the error on the compared rows, as for a record whose last part is
-    a fast sweep.
+    a fast sweep. Or another candidate follows the compared rows much better, but its fits to them differ too much.
     """
-    error = float(model.fit["rms"])
-    return error > MISLED * best.square**0.5 and 100 * error > FINE * race.data.span
+    error, least = float(model.fit["rms"]), FINE / 100 * race.data.span
+    closer = min((t.whole for t in race.trials.values()), default=0.0)
+    return error > least and (error > MISLED * best.square**0.5 or CLOSER * max(closer, least) < best.whole)
 
 
 def _again(
@@ -241,13 +243,15 @@ def _again(
 ) -> tuple[dict[str, tuple[str, Candidate]], dict[str, str]]:
     """Return the candidates to compare on all `rows`, and the reasons why the others are not compared.
 
-    They are those with an error of at most `HOPE` times the smallest one, the cheapest first, within the budget.
+    They are those with an error of at most `HOPE` times the smallest one, on the blocks or on all rows that were
+    compared, the cheapest first, within the budget.
     """
     reasons, spent = dict(race.reasons), 0.0
     found: dict[str, tuple[str, Candidate]] = {}
     for t in sorted(race.trials.values(), key=lambda t: t.candidate.cost(rows)):
         spent += t.candidate.cost(rows)
-        if race.risk(t) <= HOPE * race.least() and (spent <= BUDGET or not found):
+        error = min(race.risk(t), 100 * t.whole / race.data.span)
+        if error <= HOPE * race.least() and (spent <= BUDGET or not found):
             found[t.name] = entered[t.name]
         else:
             reasons[t.name] = f"{race.risk(t):.2g} % of the span on {race.data.train.stop - race.data.train.start} rows"

@@ -41,7 +41,7 @@ def chosen(monkeypatch):
             level = (outputs or {}).get(key.removeprefix("key "), 0.0)
             graph = SimpleNamespace(name=key, inputs=[0], run=lambda u, h: np.full(len(u), level))
             model = SimpleNamespace(fit={"parameters": parameters}, graph=graph)
-            return model, np.full(50, size / 100 * SPAN), [size / 100 * SPAN], 0.0
+            return model, np.full(50, size / 100 * SPAN), [size / 100 * SPAN], size / 100 * SPAN
 
         monkeypatch.setattr(race.Race, "fitted", fitted)
         monkeypatch.setattr(race, "noise", lambda y: 0.0)
