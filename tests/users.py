@@ -64,7 +64,8 @@ class User:
             view = [str(hidden), str(self._view), inside]
             command = ["unshare", "--mount", "--propagation", "private", "sh", "-c", script, "sh", *view, *command]
         home = dict.fromkeys(("HOME", "TMPDIR"), str(self.folder))
-        path = os.pathsep.join(p for p in sys.path if p)
+        # `python -m pytest` adds the folder of the repository, which holds that of the user in `make test`
+        path = os.pathsep.join(p for p in sys.path if p and not self.folder.is_relative_to(p))
         environment = {**os.environ, **home, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1", **variables}
         return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=300)
 

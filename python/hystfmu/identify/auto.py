@@ -25,7 +25,7 @@ compared if the input has only one speed. A kind is not fitted either if the fit
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
@@ -36,7 +36,7 @@ from hystfmu.base import InputError, Progress, silent
 from hystfmu.data import Dataset
 from hystfmu.identify.catalogue import CLOSES, LAGS, LATE, OPENS, Candidate, candidates, method, too_large
 from hystfmu.identify.cuts import shortened
-from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine_records
+from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation, examine, several_speeds
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.race import EXACT, HOPE, LOSER, Race, Trial
@@ -100,15 +100,25 @@ def choose(
     """
     started = time.perf_counter()
     where = data.path or data.name
-    seen, raced = examine_records(data), data
+    seen, raced = (
+        replace(examine(data.longest()), several_speeds=several_speeds(data.u, data.records, data.train)),
+        data,
+    )
     entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
     most = affordable([c for _, c in entered.values()], data.train.stop)
     if data.train.stop > most and len(data.starts) > 1:  # the only record of the race may have one speed
         raced = data.longest()
-        seen = examine_records(raced)
+        seen = examine(raced)
         entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
     raced = shortened(raced, most)
     report, untried = _Report(progress), list(reasons)
+
+    def fitted(best: Trial) -> Model:
+        if raced is data and best.complete is not None:
+            return best.complete
+        u0 = race.rest if raced is data else rest(data)
+        return fit_one(data, best.key, seed, silent, {**remembered(best.key, u0, data), **best.candidate.options})
+
     while True:
         race = Race(raced, seed, poor=bool(seen.warnings) and seen.memory != NONE)
         race.reasons |= reasons
@@ -116,7 +126,7 @@ def choose(
         if not race.trials:
             raise refusal(where, only_invertible, race, seen, {})
         rate = _rate(race, seen)
-        best, model = _chosen(race, data, seed, rate == "seen", inverses, only_invertible)
+        best, model = _chosen(race, fitted, rate == "seen", inverses, only_invertible)
         if isinstance(best, dict):
             raise refusal(where, only_invertible, race, seen, best)
         assert model is not None
@@ -205,22 +215,18 @@ def _run(
 
 
 def _chosen(
-    race: Race, data: Dataset, seed: int, rate: bool, inverses: Inverses | None, only_invertible: bool
+    race: Race, fitted: Callable[[Trial], Model], rate: bool, inverses: Inverses | None, only_invertible: bool
 ) -> tuple[Trial | dict[str, str], Model | None]:
-    """Return the best candidate and its fit to all training rows of `data`, or the faults of all candidates and None.
+    """Return the best candidate and its fit to all training rows, or the faults of all candidates and None.
 
-    The arguments are those of `_preferred`.
+    The function `fitted` makes this fit; the other arguments are those of `_preferred`.
     """
-    u0 = race.rest if race.data is data else rest(data)
     faults: dict[str, str] = {}
     while True:
         best = _preferred(race, rate, inverses, only_invertible, faults)
         if isinstance(best, dict):
             return best, None
-        if race.data is data and best.complete is not None:
-            model = best.complete
-        else:
-            model = fit_one(data, best.key, seed, silent, {**remembered(best.key, u0, data), **best.candidate.options})
+        model = fitted(best)
         fault = inverses.fault(model) if only_invertible and inverses is not None else ""
         if not fault:
             return best, model

@@ -141,4 +141,4 @@ def test_a_record_of_one_speed_or_of_one_frequency():
             np.arange(1200 * len(parts)), *[np.concatenate(parts)] * 2, starts=range(0, 1200 * len(parts), 1200)
         )
         assert not_shown.one_speed(several) is one
-        assert minor_loops.examine_records(several).several_speeds is not one
+        assert minor_loops.several_speeds(several.u, several.records, several.train) is not one

@@ -6,7 +6,8 @@ memory: its minor loops stay open, and its output moves along the outer branch (
 Therefore the gap between the two ends of a minor loop shows the memory class of the device.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -149,11 +150,10 @@ def examine(data: Dataset) -> Excitation:
     )
 
 
-def examine_records(data: Dataset) -> Excitation:
-    """Examine the longest record; the speeds are those of the training rows of all records."""
-    rows = [np.arange(r.start, r.stop)[max(data.train.start - r.start, 0) :] for r in data.records]
-    several = spreads(*(data.u[r[r < data.train.stop]] for r in rows))[0] > SPEEDS
-    return replace(examine(data.longest()), several_speeds=several)
+def several_speeds(u: Array, records: Sequence[slice], train: slice) -> bool:
+    """Return whether the training rows of all records together have several speeds."""
+    rows = [np.arange(r.start, r.stop)[max(train.start - r.start, 0) :] for r in records]
+    return spreads(*(u[r[r < train.stop]] for r in rows))[0] > SPEEDS
 
 
 def spreads(*records: Array) -> tuple[float, float]:
