@@ -10,9 +10,9 @@ the errors and the losers.
 
 Choice. Each model is also simulated with the input of the record and another initial memory. The output of some models
 then leaves the range of the measured output by more than the span. Such a model is chosen only if all models without
-this fault are losers. Among equally good kinds, a kind with an exact inverse is preferred, and then the kind with the
-fewest parameters. If the smallest error, after the noise is subtracted, exceeds `REFUSED` % of the span, an InputError
-is raised (`refusal`).
+this fault are losers. Among equally good kinds, a kind whose fit ended at no bound of a parameter is preferred, then a
+kind with an exact inverse, and then the kind with the fewest parameters. If the smallest error, after the noise is
+subtracted, exceeds `REFUSED` % of the span, an InputError is raised (`refusal`).
 
 Cost. No kind is excluded because of its cost. If the fits to all rows would take too long, all kinds are compared on a
 shorter part of the record (`hystfmu.identify.cuts`), or on the longest of several records. The chosen kind is then
@@ -40,7 +40,7 @@ from hystfmu.identify.excitation.minor_loops import NONE, OPEN_LOOPS, Excitation
 from hystfmu.identify.excitation.rest import remembered, rest
 from hystfmu.identify.one import fit_one
 from hystfmu.identify.race import EXACT, HOPE, LOSER, Race, Trial
-from hystfmu.model import Model, rms
+from hystfmu.model import Model, guards, rms
 
 # the data show rate dependence if the error of the best other kind exceeds CLEARLY times the error of the best
 # rate-dependent kind, and exceeds FINE % of the span
@@ -306,6 +306,7 @@ def _best(race: Race, able: list[Trial], inverses: Inverses | None) -> Trial:
     near = [t for t in near if not t.leaves] or near
     best = min(near, key=race.risk)
     equal = [t for t in near if race.as_good(t, best)]
+    equal = [t for t in equal if not guards.at_bounds(t.model.fit.get("warnings", ()))] or equal
     if inverses is not None:
         equal = [t for t in equal if inverses.kind(t.model) == EXACT_INVERSE] or equal
     return min(equal, key=lambda t: t.parameters)

@@ -10,7 +10,7 @@ from hystfmu import Dataset, Graph, InputError, Node
 from hystfmu.identify import auto, race
 from hystfmu.identify.catalogue import ANY, Candidate
 from hystfmu.identify.excitation.minor_loops import NONE, UNKNOWN, Excitation
-from hystfmu.model import Model
+from hystfmu.model import Model, guards
 
 N = 4000
 U = np.interp(np.arange(N), 20 * np.arange(201), np.random.default_rng(3).uniform(-1, 1, 201))
@@ -28,7 +28,7 @@ def fit_one(data, key, seed, progress, options):
 def chosen(monkeypatch):
     """Choose between candidates with given errors (% of the span, by fold) and parameters."""
 
-    def make(table, seen=SEEN, data=DATA, outputs=None, fit=fit_one, **more):
+    def make(table, seen=SEEN, data=DATA, outputs=None, fit=fit_one, bounded=(), **more):
         asked, told = [], []
         found = {name: (f"key {name}", c) for name, (c, *_) in table.items()}
         by_key = {f"key {name}": rest for name, (_, *rest) in table.items()}
@@ -40,7 +40,8 @@ def chosen(monkeypatch):
             size = errors[race.FOLDS.index(fold)]
             level = (outputs or {}).get(key.removeprefix("key "), 0.0)
             graph = SimpleNamespace(name=key, inputs=[0], run=lambda u, h: np.full(len(u), level))
-            model = SimpleNamespace(fit={"parameters": parameters}, graph=graph)
+            warned = [f"n = 1 {guards.STOPPED}"] * (key.removeprefix("key ") in bounded)
+            model = SimpleNamespace(fit={"parameters": parameters, "warnings": warned}, graph=graph)
             return model, np.full(50, size / 100 * SPAN), [size / 100 * SPAN], size / 100 * SPAN
 
         monkeypatch.setattr(race.Race, "fitted", fitted)
@@ -98,6 +99,12 @@ def test_equal_ones_and_the_inverses_that_are_told(chosen):
     choice, _, _ = chosen(table, inverses=Inverses())
     assert choice.provenance["auto_choice"] == "b"
     assert choice.provenance["auto_inverse"] == {"a": "none", "b": "exact"}
+
+
+@pytest.mark.parametrize(("bounded", "best"), [((), "a"), (("a",), "b"), (("a", "b"), "a")])
+def test_a_fit_at_a_bound_comes_behind_equal_ones(chosen, bounded, best):
+    table = {"a": flat(1.0, 1.0, 2), "b": flat(2.0, 1.1, 5), "worse": flat(2.0, 1.4, 1)}
+    assert chosen(table, bounded=bounded)[0].provenance["auto_choice"] == best
 
 
 def test_a_candidate_that_leaves_nothing_ends_the_race(chosen):
