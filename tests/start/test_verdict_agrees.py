@@ -58,7 +58,7 @@ class Made:
     @property
     def misfitted(self) -> bool:
         """Whether the model does not follow its record: no loop knows that."""
-        return any("another kind of model" in r["reason"] for r in self.verdict["references"])
+        return any("another kind" in r["reason"] for r in self.verdict["references"])
 
     @property
     def of_loop(self) -> int:
