@@ -100,10 +100,8 @@ def choose(
     """
     started = time.perf_counter()
     where = data.path or data.name
-    seen, raced = (
-        replace(examine(data.longest()), several_speeds=several_speeds(data.u, data.records, data.train)),
-        data,
-    )
+    raced = data
+    seen = replace(examine(data.longest()), several_speeds=several_speeds(data.u, data.records, data.train))
     entered, reasons = entrants(len(data.t), bool(data.covariates), seen)
     most = affordable([c for _, c in entered.values()], data.train.stop)
     if data.train.stop > most and len(data.starts) > 1:  # the only record of the race may have one speed
@@ -255,10 +253,10 @@ def _again(
     reasons, spent = dict(race.reasons), 0.0
     found: dict[str, tuple[str, Candidate]] = {}
     for t in sorted(race.trials.values(), key=lambda t: t.candidate.cost(rows)):
-        spent += t.candidate.cost(rows)
-        error = min(race.risk(t), 100 * t.whole / race.data.span)
-        if error <= HOPE * race.least() and (spent <= BUDGET or not found):
+        cost, error = t.candidate.cost(rows), min(race.risk(t), 100 * t.whole / race.data.span)
+        if error <= HOPE * race.least() and (spent + cost <= BUDGET or not found):
             found[t.name] = entered[t.name]
+            spent += cost
         else:
             reasons[t.name] = f"{race.risk(t):.2g} % of the span on {race.data.train.stop - race.data.train.start} rows"
     return found, reasons
