@@ -17,7 +17,8 @@ subtracted, exceeds `REFUSED` % of the span, an InputError is raised (`refusal`)
 Cost. No kind is excluded because of its cost. If the fits to all rows would take too long, all kinds are compared on a
 shorter part of the record (`hystfmu.identify.cuts`), or on the longest of several records. The chosen kind is then
 fitted to all training rows. If its error on all rows is clearly larger than on the compared rows, the part does not
-represent the record, for example because it ends before a fast sweep. The best kinds are then compared on all rows.
+represent the record, for example because it ends before a fast sweep. The same holds if another kind follows the
+compared rows much better, but its fits to them differ too much. The best kinds are then compared on all rows.
 
 Exclusion. A kind is not compared if its memory contradicts the minor loops in the data. Rate-dependent kinds are not
 compared if the input has only one speed. A kind is not fitted either if the fits so far show that it cannot be chosen
